@@ -39,8 +39,6 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
     `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as are solids without any
     meshed face.
 
-    Notes
-    -----
     The triangles stay attached to the kernel's shapes. Nothing else reads them there.
     """
     given = list(solids)

@@ -170,8 +170,6 @@ def _densities(file: Part21File, names: list[str], item: Instance) -> Iterator[f
 def density_kg_m3(number: float, *, is_pound: bool = False) -> float | None:
     """Return a density in kg/m³; None if no unit makes it a density of a solid.
 
-    Examples
-    --------
     >>> density_kg_m3(7.85), density_kg_m3(7850.0), density_kg_m3(7.85e-6), density_kg_m3(1e30)
     (7850.0, 7850.0, 7850.0, None)
     """

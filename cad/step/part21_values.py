@@ -80,8 +80,6 @@ def parse_instance(statement: bytes) -> Instance:
 
     Raises `FormatError` when the text is neither.
 
-    Examples
-    --------
     >>> parse_instance(b"#7=DIRECTION('',(0.,0.,1.))")
     Instance(id=7, records=(StepRecord(keyword='DIRECTION', arguments=('', (0.0, 0.0, 1.0))),))
     """
@@ -138,8 +136,6 @@ def parse_value(text: bytes) -> Value:
 def format_instance(instance: Instance) -> bytes:
     """Write an instance as text that `parse_instance` reads back, without the semicolon.
 
-    Examples
-    --------
     >>> format_instance(parse_instance(b"#7=(A($,.T.)B((1,2.),*,'it''s'))"))
     b"#7=(A($,.T.)B((1,2.),*,'it''s'))"
     """
@@ -236,8 +232,6 @@ def _unescape(match: re.Match[str]) -> str:
 def encode_string(text: str) -> bytes:
     r"""Turn text into a Part 21 string with its quotes, in plain ASCII.
 
-    Examples
-    --------
     >>> encode_string("Träger 'A'")
     b"'Tr\\X2\\00E4\\X0\\ger ''A'''"
     """
@@ -253,8 +247,6 @@ def encode_string(text: str) -> bytes:
 def format_real(value: float) -> str:
     """Write a real as Part 21 demands: always with a decimal point, the exponent as ``E``. It reads back unchanged.
 
-    Examples
-    --------
     >>> format_real(1.0), format_real(1e-05), format_real(-2.5e+20)
     ('1.', '1.E-05', '-2.5E+20')
     """

@@ -121,14 +121,11 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
 
     Returns StepPart. The same names in the same order at every run.
 
-    Raises
-    ------
-    InputError : When the file cannot be read, is not a STEP file, has no face, or places a mirrored or scaled copy.
-    FormatError : When the text is broken or cut off.
-    KernelError : When the kernel fails.
+    Raises `InputError` when the file cannot be read, is not a STEP file, has no face, or places a mirrored or scaled
+    copy.
+    Raises `FormatError` when the text is broken or cut off.
+    Raises `KernelError` when the kernel fails.
 
-    Notes
-    -----
     The kernel needs 0.1 to 0.2 s per megabyte. A fault of the kernel can crash the interpreter. A program that reads
     files of others therefore calls this through `cad.work.child.run_in_child`.
     """

@@ -99,8 +99,6 @@ def write_moved_step(
     `T_part_moved`: shape (n, 4, 4), optional. Where each of the n solids of the part has moved within `part`, mm,
     before the part is moved.
 
-    Notes
-    -----
     Appending takes as long as copying the file. Checking takes as long as reading it did, or, where a file with many
     faces was appended to, a small part of that: all bytes of the file are still there, and one face of every solid is
     where it should be.

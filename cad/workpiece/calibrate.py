@@ -159,16 +159,12 @@ def calibrate_workpiece(
     `taught`: Points touched with the robot, in `base`, mm: a file; positions by the names of features; or positions
     alone, shape (n, 3). Features of points without one are found (`wpcal.taught.match.name_points`).
 
-    Raises
-    ------
-    InputError : When the part or the points cannot be used.
-    GeometryError : When the points are collinear or too few.
-    UnitError : When the points are in another unit.
-    FormatError : When a file breaks its format or names no feature of the part.
-    KernelError : When the kernel fails.
+    Raises `InputError` when the part or the points cannot be used.
+    Raises `GeometryError` when the points are collinear or too few.
+    Raises `UnitError` when the points are in another unit.
+    Raises `FormatError` when a file breaks its format or names no feature of the part.
+    Raises `KernelError` when the kernel fails.
 
-    Examples
-    --------
     >>> from build123d import Box
     >>> touched = {"V1": (450, -30, -10), "V2": (450, -30, 10), "V4": (450, 30, 10), "V8": (550, 30, 10)}
     >>> found = calibrate_workpiece(Box(100, 60, 20), touched)

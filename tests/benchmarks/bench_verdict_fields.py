@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from rich.table import Table
+from scipy.spatial.transform import Rotation
 
 from tests.benchmarks.bench_verdict import spread_set, unit_noise
 from tests.benchmarks.verdict_study import VerdictStudy, run_verdict_study
@@ -13,8 +14,10 @@ from tests.saved_graphs import saved_graph
 from wpcal.calibrate import TeachingError
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.linear_fit import budget_of_design
+from wpcal.calibrate.errors.prediction import ToolError
 from wpcal.calibrate.errors.robot_field import RobotField, correlation
 from wpcal.core.arrays import FloatArray
+from wpcal.core.tangent import exp_rotation
 from wpcal.seam import detect_seams
 from wpcal.taught.features import find_features
 from wpcal.touch.design import farthest_rows
@@ -63,12 +66,8 @@ def field_study(
     noise: str = "gaussian",
 ) -> FieldStudy:
     """Simulate calibrations by a robot with a smooth error, n random features each."""
-    graph = saved_graph(part)
-    features = np.array([feature.p_mm for feature in find_features(graph) if feature.kind.is_point])
-    seams = np.concatenate([seam.frames.p for seam in detect_seams(graph) if seam.accepted])
-    seams = seams[farthest_rows(seams, min(SEAM_POINTS, len(seams)))]
     rng = np.random.default_rng(n)
-    sets = [spread_set(features, n, rng) for _ in range(trials)]
+    sets, seams = _sets(part, n, trials, rng)
     drawn = [_field(np.concatenate([p, seams]), field, scale, rng) for p in sets]
     errors = [each[:n] + unit_noise(noise, (n, 3), rng) * SIGMA_MM for each in drawn]
     known = TeachingError(sigma_mm=SIGMA_MM, robot=field)
@@ -82,6 +81,34 @@ def field_study(
         tolerance_mm=TOLERANCE_MM,
     )
     return FieldStudy(study, sum(_joint(budget_of_design(p, known), seams) <= TOLERANCE_MM for p in sets))
+
+
+def tool_study(part: str, n: int, tool: ToolError, *, tilt_deg: float, trials: int = TRIALS) -> VerdictStudy:
+    """Simulate calibrations by a tool that is off as stated; the postures of touches are known, welds have any."""
+    rng = np.random.default_rng(n)
+    sets, seams = _sets(part, n, trials, rng)
+    postures = [np.array([exp_rotation(np.radians(tilt_deg) * v) for v in rng.normal(size=(n, 3))]) for _ in sets]
+    off = [rng.normal(size=3) * np.sqrt(np.diag(tool.covariance)) for _ in sets]
+    errors = [R @ b + SIGMA_MM * rng.normal(size=(n, 3)) for R, b in zip(postures, off, strict=True)]
+    return run_verdict_study(
+        sets,
+        seams,
+        errors=errors,
+        seam_errors=[np.tile(Rotation.random(rng=rng).apply(b), (len(seams), 1)) for b in off],
+        postures=postures,
+        teaching=TeachingError(sigma_mm=SIGMA_MM, robot=RobotField.none(), tool=tool),
+        tolerance_mm=2.0 * TOLERANCE_MM,
+    )
+
+
+def _sets(part: str, n: int, trials: int, rng: np.random.Generator) -> tuple[list[FloatArray], FloatArray]:
+    """Draw sets of n features of a part, and take points of its seams."""
+    graph = saved_graph(part)
+    features = np.array([feature.p_mm for feature in find_features(graph) if feature.kind.is_point])
+    seams = np.concatenate([seam.frames.p for seam in detect_seams(graph) if seam.accepted])
+    return [spread_set(features, n, rng) for _ in range(trials)], seams[
+        farthest_rows(seams, min(SEAM_POINTS, len(seams)))
+    ]
 
 
 def _field(points: FloatArray, field: RobotField, scale: float, rng: np.random.Generator) -> FloatArray:

@@ -42,6 +42,7 @@ def run_verdict_study(
     *,
     errors: Sequence[FloatArray],
     seam_errors: Sequence[FloatArray] | None = None,
+    postures: Sequence[FloatArray] | None = None,
     teaching: TeachingError,
     criterion: Criterion = Criterion.LEAST_SQUARES,
     tolerance_mm: float = 0.5,
@@ -54,6 +55,7 @@ def run_verdict_study(
     `seam_points`: shape (k, 3). Same frame, mm.
     `errors`: shape (n, 3). Errors of the taught points of each trial, mm.
     `seam_errors`: shape (k, 3). What the robot shows beside the real seam points of each trial, mm; by default nothing.
+    `postures`: shape (n, 3, 3). The axes of the tool at the points of each trial, if they are known.
     """
     if len(sets) != len(errors) or not sets:
         raise InputError(f"expected errors for every set of points, got {len(sets)} sets and {len(errors)} errors")
@@ -61,9 +63,12 @@ def run_verdict_study(
     passed_outside = failed_inside = 0
     covered = 0.0
     aside = seam_errors or [np.zeros(seam_points.shape)] * len(sets)
-    for p, error, robot in zip(sets, errors, aside, strict=True):
+    turned = postures or [np.zeros((0, 3, 3))] * len(sets)
+    for p, error, robot, frames in zip(sets, errors, aside, turned, strict=True):
         names = tuple(f"P{i}" for i in range(len(p)))
-        problem = PointProblem(PointPairs(names, p, p + error), teaching)
+        problem = PointProblem(
+            PointPairs(names, p, p + error), teaching, postures=dict(zip(names, frames, strict=False))
+        )
         fit = problem.fit(criterion)
         issues = problem.diagnose(fit).issues
         wrong = next((issue.ids for issue in issues if issue.code == BLUNDER), ())

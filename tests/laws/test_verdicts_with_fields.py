@@ -2,8 +2,10 @@
 
 import pytest
 
-from tests.benchmarks.bench_verdict_fields import COUNTS, FIELDS_MM, PARTS, field_study
+from tests.benchmarks.bench_verdict_fields import COUNTS, FIELDS_MM, PARTS, field_study, tool_study
+from tests.few import few
 from wpcal.calibrate import VerdictKind
+from wpcal.calibrate.errors.prediction import ToolError
 from wpcal.calibrate.errors.robot_field import RobotField
 
 COVERED = (0.93, 0.97)  #: Of seam points, where every variance is stated: 95 %, and the sampling error of a cell.
@@ -39,6 +41,13 @@ def test_heavy_tails_and_a_scale_do_not_break_the_band():
         found = field_study("frame", 8, RobotField(0.1, 600.0), stated="nothing", trials=40, **options)
         assert found.study.covered >= LEAST_COVERED
         assert is_seldom_wrong(found)
+
+
+@pytest.mark.parametrize(("n", "tilt_deg"), few([(8, 45.0), (12, 25.0), (6, 10.0), (4, 25.0)], 2))
+def test_a_tool_within_its_stated_error_is_in_the_band_and_no_alarm(n, tilt_deg):
+    found = tool_study("saddle", n, ToolError(0.1, 0.5), tilt_deg=tilt_deg, trials=150)
+    assert LEAST_COVERED <= found.covered < 0.99  # all points of a trial share one error: 95 % of 150 is ± 1.8 %
+    assert found.failed_inside <= 0.04 * found.trials
 
 
 @pytest.mark.deep

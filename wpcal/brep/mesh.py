@@ -60,8 +60,6 @@ def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 def usual_deflection_mm(size_mm: float) -> float:
     """Return the largest allowed distance of a triangle from its face on a part of a size (diagonal, mm), in mm.
 
-    Examples
-    --------
     >>> usual_deflection_mm(1000.0), usual_deflection_mm(10.0)
     (0.2, 0.02)
     """

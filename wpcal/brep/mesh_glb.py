@@ -5,9 +5,7 @@ The file has one node per solid. Positions are 16-bit steps from the corner of t
 root node ``part`` converts to metres with y up, as glTF requires. ``asset.extras`` holds the deflection and angle of
 the mesh and the hash of the model.
 
-References
-----------
-Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022), and its extension KHR_mesh_quantization.
+References: Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022), and its extension KHR_mesh_quantization.
 """
 
 from __future__ import annotations

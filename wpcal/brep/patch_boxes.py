@@ -30,8 +30,6 @@ class PatchBoxes:
         `low`, `high`: shape (F, 3). Corners of a box around each face, mm. A box of a patch is cut off at the box of
         its face.
 
-        Notes
-        -----
         With positive weights a patch is within the box of the poles on which it depends.
         """
         free_form = graph.face_kind == SurfaceKind.NURBS

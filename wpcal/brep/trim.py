@@ -119,8 +119,6 @@ class TrimmedFaces:
         `uv`: shape (m, 2). Parameters of points on the faces' surfaces (`project_to_faces`).
         Returns ndarray of bool, shape (m,). True on a face without boundary (a whole sphere).
 
-        Notes
-        -----
         If no boundary crosses the meridian of a point, the point is outside. On a sphere or a torus, another meridian
         decides (`_holds_meridian`).
         """

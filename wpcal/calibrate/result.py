@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.pendant import NOTATIONS
+from wpcal.core.rotations import rx_ry_rz_deg
 from wpcal.core.transform import RigidTransform
 
 if TYPE_CHECKING:
@@ -78,6 +79,8 @@ class CalibrationResult:
     #: shape (n,). 95 % errors of the fitted points, then of the check points, where bodies of the part moved: the
     #: covariance does not give them then.
     known_errors_mm: FloatArray | None = None
+    #: shape (3, 3). The axes of the tool in the base, by the names of the points that say them.
+    postures: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"CalibrationResult({self.verdict}: {len(self.pairs)} points, largest residual {self.largest_mm:.3f} mm)"
@@ -188,6 +191,7 @@ class CalibrationResult:
                 "sigma_mm": self.teaching.sigma_mm,
                 "bound_mm": self.teaching.bound_mm,
                 "tcp_bias_mm": self.teaching.tcp_bias_mm,
+                **({} if self.teaching.tool is None else {"tool": self.teaching.tool.to_record()}),
                 **self.sigma.to_record(),
             },
             "budget": self.budget.to_record([(name, self.T_base_part.apply(p)) for name, p in self.seams]),
@@ -217,6 +221,11 @@ class CalibrationResult:
                         "residual_mm": vector.tolist(),
                         "distance_mm": float(np.linalg.norm(vector)),
                         "error_95_mm": float(error),
+                        **(
+                            {"rx_ry_rz_deg": rx_ry_rz_deg(self.postures[name]).tolist()}
+                            if name in self.postures
+                            else {}
+                        ),
                     }
                 )
         return records

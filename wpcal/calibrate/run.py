@@ -102,14 +102,11 @@ def calibrate(
 
     Returns: For touches the lower bound is zero, because nothing is proved; its `touches` says what the starts found.
 
-    Raises
-    ------
-    GeometryError
-        When there are fewer than three pairs, or they are collinear or coincident; when touches leave a motion of the
-        part free (the message names it) or fit two places equally well.
-    UnitError : When the two sides are in different units.
-    FrameError : When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
-    InputError : When the tolerance is not a positive length, or the weighted criterion finds no covariances.
+    Raises `GeometryError` when there are fewer than three pairs, or they are collinear or coincident; when touches
+    leave a motion of the part free (the message names it) or fit two places equally well.
+    Raises `UnitError` when the two sides are in different units.
+    Raises `FrameError` when pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
+    Raises `InputError` when the tolerance is not a positive length, or the weighted criterion finds no covariances.
     """
     nominal = RigidTransform.identity(target="nominal", source="part") if T_nominal_part is None else T_nominal_part
     _require_usable(observed, nominal, tolerance_mm)
@@ -132,7 +129,7 @@ def calibrate(
         found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does
         model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
-        fit = replace(fit, budget=replace(fit.budget, tool_mm=model.tool_mm))
+        fit = replace(fit, budget=replace(fit.budget, tool=model.tool_covariance))
     judged = VerdictEvidence(
         problem=problem,
         fit=fit,
@@ -172,6 +169,7 @@ def calibrate(
         scale=scale,
         touches=evidence,
         criterion_advice=advise_criterion(fit, criteria, problem.word),
+        postures=postures or {},
     )
 
 

@@ -35,11 +35,9 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     are marked with the robot space of the arm. Export seams from such points with `wpcal export --robot`; otherwise the
     robot's error comes back.
     """
-    import numpy as np
-
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import to_json, write_file
-    from wpcal.core.rotations import zyx_angles
+    from wpcal.core.rotations import rx_ry_rz_deg
     from wpcal.robot.compensation import correct_points
     from wpcal.robot.identify.poses_file import corrected_table, parse_tool, read_taught_joints
     from wpcal.robot.kinematics.arm_file import find_arm
@@ -60,7 +58,7 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
         write_file(output, text, overwrite=force)
     shifts = points - correct_points(arm.as_nominal(), joints, T_flange_tool=T_flange_tool)
     if as_json:
-        turns = np.rad2deg(zyx_angles(postures)).round(4) + 0.0
+        turns = rx_ry_rz_deg(postures)
         rows = zip(names, points.tolist(), turns.tolist(), shifts.tolist(), strict=True)
         record = {
             "schema": "wpcal/corrected/1",

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     "--cell-errors",
     metavar="FILE.json",
     type=click.Path(path_type=Path),
-    help="Keep the errors of touches and robot in this cell, for calibrate --robot-mm FILE.json.",
+    help="Keep the errors of touches, robot and tool in this cell, for calibrate --robot-mm and --tool-mm FILE.json.",
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page and its JSON file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what the JSON file holds.")
@@ -74,6 +74,7 @@ def drift(
     if cell_errors and pooled:
         write_file(cell_errors, to_json(pooled.to_record()), overwrite=force)
         state = f"--sigma-mm {pooled.sigma_mm:.2g} --robot-mm {cell_errors}"
+        state += f" --tool-mm {cell_errors}" if pooled.tool else ""
         click.echo(f"{pooled.field.describe()}; calibrate this cell with {state}", err=as_json)
     return 0
 

@@ -34,11 +34,9 @@ def require_program(path: Path) -> Controller:
 def read_taught_program(path: Path, reading: ProgramReading | None = None) -> TaughtPoints:
     """Read the taught points of a program as points in `base`.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened, its suffix is unknown, or `reading` cannot be used.
-    FormatError
-        When the file breaks its format, holds no points or not the points asked for, or does not say the user frame.
+    Raises `InputError` when the file cannot be opened, its suffix is unknown, or `reading` cannot be used.
+    Raises `FormatError` when the file breaks its format, holds no points or not the points asked for, or does not say
+    the user frame.
     """
     require_program(path)
     raw = read_bytes(path)

@@ -29,8 +29,6 @@ LONGEST_NUMBER = 100  #: Characters of a cell with a number; a longer one is not
 def column_name(cell: str) -> str:
     """Return the name of a column as wpcal writes it: lower case, with its unit after an underscore.
 
-    Examples
-    --------
     >>> column_name(" X [mm]"), column_name("Model x (mm)"), column_name("Name")
     ('x_mm', 'model_x_mm', 'name')
     """

@@ -33,8 +33,6 @@ def cell_text(cell: object) -> str:
 def without_mark(cell: str) -> str:
     """Return the text of a cell as it was given to `csv_text`.
 
-    Examples
-    --------
     >>> without_mark("'=V2"), without_mark("-2.5"), without_mark("'s")
     ('=V2', '-2.5', "'s")
     """

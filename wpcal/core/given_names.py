@@ -18,8 +18,6 @@ _LOST = re.compile(r"[\W\d_]*")
 def is_given_name(name: str) -> bool:
     """Tell whether a person gave a name: it is not that of a modelling step, and has letters.
 
-    Examples
-    --------
     >>> [is_given_name(name) for name in ("left rail", "Pad001", "?????6", "Boss-Extrude2", "Bodywork")]
     [True, False, False, False, True]
     """

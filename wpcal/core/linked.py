@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 def near_pairs(points: FloatArray, within: float) -> IntArray:
     """Return the pairs of points, shape (n, d), that are at most `within` apart, shape (k, 2); the first is smaller.
 
-    Examples
-    --------
     >>> near_pairs(np.array([[0.0, 0.0], [5.0, 0.0], [5.5, 0.0]]), 1.0).tolist()
     [[1, 2]]
     """
@@ -40,8 +38,6 @@ def linked_groups(count: int, a: IntArray, b: IntArray) -> IntArray:
 
     Groups are numbered in the order of their first things.
 
-    Examples
-    --------
     >>> linked_groups(4, np.array([0]), np.array([2])).tolist()
     [0, 1, 0, 2]
     """

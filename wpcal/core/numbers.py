@@ -24,8 +24,6 @@ def parse_number(text: str, *, most: float = LARGEST_MM) -> float:
 
     Raises `InputError` when the text is empty, is not a number, or the number is not finite or too large.
 
-    Examples
-    --------
     >>> parse_number(" -8.1e2")
     -810.0
     >>> parse_number("81_2")

@@ -51,8 +51,6 @@ def group(where: str | type[Any]) -> Any:
 def opt(default: Any, help: str, *flags: str, default_factory: Any = MISSING, **settings: Any) -> Any:  # noqa: A002
     """Declare a field of a frozen dataclass that is an option; `settings` are the other fields of `Option`.
 
-    Examples
-    --------
     >>> @dataclass(frozen=True)
     ... class Motion:
     ...     approach_mm: float = opt(50.0, "Along the wire, before the seam.", least=0.0)

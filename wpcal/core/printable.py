@@ -10,8 +10,6 @@ surrogates."""
 def printable(text: str) -> str:
     r"""Return a text with its control characters as escapes, so that a name cannot steer a terminal.
 
-    Examples
-    --------
     >>> print(printable("plate \x1b[31m"))
     plate \u001b[31m
     """

@@ -24,8 +24,6 @@ def rotation_from_zyx(alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> Fl
 
     `alpha`, `beta`, `gamma`: shape (...). Angles about x, y, z, rad.
 
-    Examples
-    --------
     A quarter turn about z carries x to y:
 
     >>> bool(np.allclose(rotation_from_zyx(0, 0, np.pi / 2) @ [1, 0, 0], [0, 1, 0], rtol=0, atol=1e-15))
@@ -58,6 +56,11 @@ def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
     return alpha, beta, gamma
 
 
+def rx_ry_rz_deg(R: ArrayLike) -> FloatArray:
+    """Return rx, ry, rz (R = Rz Ry Rx) in degrees to the digits of a table, without a negative zero, shape (..., 3)."""
+    return np.asarray(np.rad2deg(zyx_angles(R)).round(4) + 0.0)
+
+
 def zyx_angles(R: ArrayLike) -> FloatArray:
     """Return the angles of many rotation matrices, as `zyx_from_rotation` does for one.
 
@@ -80,8 +83,6 @@ def rotation_from_zyz(o: ArrayLike, a: ArrayLike, t: ArrayLike) -> FloatArray:
 
     `o`, `a`, `t`: shape (...). Angles about z, the moving y and the moving z, rad.
 
-    Examples
-    --------
     A tool that points down:
 
     >>> rotation_from_zyz(0.0, np.pi, 0.0).round(9)[:, 2] + 0.0
@@ -165,9 +166,7 @@ def cross_matrix(v: ArrayLike) -> FloatArray:
 def spread_rotations(count: int) -> FloatArray:
     """Return rotations spread evenly over all rotations, shape (count, 3, 3): a super-Fibonacci spiral.
 
-    References
-    ----------
-    Alexa (2022), Super-Fibonacci spirals, CVPR, algorithm 1; the two constants are its φ and ψ.
+    References: Alexa (2022), Super-Fibonacci spirals, CVPR, algorithm 1; the two constants are its φ and ψ.
     """
     s = np.arange(count) + 0.5
     inner, outer = np.sqrt(s / count), np.sqrt(1.0 - s / count)

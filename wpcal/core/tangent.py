@@ -70,8 +70,6 @@ def translation_adjoint(pivot: ArrayLike) -> FloatArray:
     `pivot`: shape (3,). In the target frame of T, mm.
     Returns ndarray, shape (6, 6). A covariance C about the pivot is ``A C Aᵀ`` about the origin.
 
-    Examples
-    --------
     A turn about an axis along z at x = 100 mm carries the origin along -y:
 
     >>> (translation_adjoint([100, 0, 0]) @ [0, 0, 0.01, 0, 0, 0]).tolist()

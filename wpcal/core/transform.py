@@ -43,8 +43,6 @@ class RigidTransform:
 
     Raises `InputError` when R is not a rotation within 1e-6, or a value is not finite.
 
-    Examples
-    --------
     >>> T_base_part = RigidTransform(np.eye(3), [100, 0, 0], target="base", source="part")
     >>> T_base_part.apply([[1, 2, 3]]).tolist()
     [[101.0, 2.0, 3.0]]
@@ -166,8 +164,6 @@ class RigidTransform:
         Some results have general frame names, such as `part` and `base` of a calibration; the caller may know the
         frames by other names. Nothing is computed, and nothing checks that the new names are right.
 
-        Examples
-        --------
         >>> RigidTransform.identity(target="base", source="part").relabelled(target="base1", source="base2").source
         'base2'
         """

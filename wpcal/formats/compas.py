@@ -3,9 +3,7 @@
 A `compas.geometry.Frame` has a point and two axes; its z is their cross product. COMPAS sets no unit: lengths are in
 mm, and the file says so. All digits are kept. The frames are those of the tool in the robot's base.
 
-References
-----------
-COMPAS 2: compas.data (dtype and data), compas.geometry.Frame.
+References: COMPAS 2: compas.data (dtype and data), compas.geometry.Frame.
 """
 
 from __future__ import annotations

@@ -4,10 +4,8 @@ The place is that in `base`, which has to be the coordinates of the machine. Sin
 new Y, the new X), Heidenhain by spatial angles about fixed axes (A, then B, then C): both are R = Rz Ry Rx. The
 rotation of a G54 is about Z only; what is left out is told in the file.
 
-References
-----------
-Siemens, SINUMERIK 840D sl Function Manual, Basic Functions, K2: Frames. Heidenhain, iTNC 530 User's Manual, PLANE
-SPATIAL. Yin et al. (2003), section 5.
+References: Siemens, SINUMERIK 840D sl Function Manual, Basic Functions, K2: Frames. Heidenhain, iTNC 530 User's Manual,
+PLANE SPATIAL. Yin et al. (2003), section 5.
 """
 
 from __future__ import annotations

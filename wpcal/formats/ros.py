@@ -3,9 +3,7 @@
 Metres and quaternions x, y, z, w as in REP 103. Poses are those of the tool in the robot's base, which REP 199 calls
 ``base``. A PoseArray cannot hold names: the sidecar lists them, row by row.
 
-References
-----------
-REP 103 (units and conventions), REP 199 (frames of serial manipulators), geometry_msgs/msg/PoseArray.
+References: REP 103 (units and conventions), REP 199 (frames of serial manipulators), geometry_msgs/msg/PoseArray.
 """
 
 from __future__ import annotations

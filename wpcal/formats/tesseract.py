@@ -4,9 +4,7 @@ Tesseract's own text form is a C++ archive that changes with its version; its Py
 module holds the poses as plain numbers and a function `build`. A pose is x, y, z in metres, then the quaternion
 w, x, y, z in the order of Eigen's constructor. Poses are those of the tool in the robot's base.
 
-References
-----------
-tesseract_robotics: CartesianWaypoint, MoveInstruction, CompositeInstruction.
+References: tesseract_robotics: CartesianWaypoint, MoveInstruction, CompositeInstruction.
 """
 
 from __future__ import annotations

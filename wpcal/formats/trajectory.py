@@ -1,9 +1,7 @@
 """The axes of a sequence with times: a ``trajectory_msgs/JointTrajectory`` of ROS 2 as YAML, and states of Tesseract.
 
-References
-----------
-REP 103 (units and conventions), trajectory_msgs/msg/JointTrajectory.
-tesseract_robotics: StateWaypoint, MoveInstruction, CompositeInstruction.
+References: REP 103 (units and conventions), trajectory_msgs/msg/JointTrajectory. tesseract_robotics: StateWaypoint,
+MoveInstruction, CompositeInstruction.
 """
 
 from __future__ import annotations

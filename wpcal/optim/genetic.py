@@ -1,10 +1,8 @@
 """A real-coded genetic algorithm whose pressure, crossover and mutation change with the generation.
 
-References
-----------
-Xiong, Yang, Wang 2015, §2.1, eq. (8) to (10): the three schedules. The operators themselves are not named there; taken
-here are linear ranking with stochastic universal sampling (Baker 1985, 1987), extended intermediate recombination and
-the mutation of the breeder genetic algorithm (Mühlenbein and Schlierkamp-Voosen 1993).
+References: Xiong, Yang, Wang 2015, §2.1, eq. (8) to (10): the three schedules. The operators themselves are not named
+there; taken here are linear ranking with stochastic universal sampling (Baker 1985, 1987), extended intermediate
+recombination and the mutation of the breeder genetic algorithm (Mühlenbein and Schlierkamp-Voosen 1993).
 """
 
 from __future__ import annotations
@@ -72,8 +70,6 @@ def solve_genetic(
     `lower`, `upper`: array_like, shape (d,).
     Raises `InputError` when the bounds are not an upper above a lower one.
 
-    Examples
-    --------
     >>> bowl = lambda states: np.sum((states - 0.3) ** 2, axis=1)
     >>> found = solve_genetic(bowl, [-1, -1], [1, 1], rng=np.random.default_rng(1))
     >>> bool(np.allclose(found.state, 0.3, rtol=0, atol=0.01))

@@ -1,10 +1,9 @@
 """Tabu search in a box: the best allowed neighbour is taken even if it is worse; recent places are forbidden.
 
-References
-----------
-Xiong, Yang, Wang 2015, §2.2: neighbourhoods of k rings of hyper-rectangles whose radius follows the fitness (eq. 11,
-12), a tabu list, aspiration, a limit on iterations. The formulas of eq. (11) and (12) are lost in the text at hand:
-how the radius follows the cost, how wide the rings are and what a place on the list forbids are ours, marked below.
+References: Xiong, Yang, Wang 2015, §2.2: neighbourhoods of k rings of hyper-rectangles whose radius follows the fitness
+(eq. 11, 12), a tabu list, aspiration, a limit on iterations. The formulas of eq. (11) and (12) are lost in the text at
+hand: how the radius follows the cost, how wide the rings are and what a place on the list forbids are ours, marked
+below.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from wpcal.records.parts import (
     Rotation,
     Sha256,
     Share,
+    ToolError,
     Vector,
 )
 
@@ -121,6 +122,7 @@ class Point(Record):
     p_part_mm: Annotated[Vector, D("x, y, z in mm.")] = D("Model point in part.")
     p_base_mm: Annotated[Vector, D("x, y, z in mm.")] = D("Touched point in base.")
     residual_mm: Annotated[Vector, D("x, y, z in mm.")] = D("Touched point minus moved model point, in base.")
+    rx_ry_rz_deg: Maybe[Vector] = D("How the tool was turned in base, R = Rz Ry Rx, if the row says.")
     distance_mm: NotNegative = D("Length of the residual.")
     error_95_mm: NotNegative = D("Error at this point that is not exceeded with 95 % probability.")
 
@@ -140,6 +142,7 @@ class TeachingError(Record):
     sigma_mm: NotNegative | None = D("Standard deviation per axis; null if not stated.")
     bound_mm: NotNegative | None = D("Greatest error per axis; null if not stated.")
     tcp_bias_mm: NotNegative = D("Error of the tool centre point.")
+    tool: Maybe[ToolError] = D("Standard deviations of the tool centre point, if stated.")
     used_sigma_mm: Maybe[NotNegative] = D(
         "Standard deviation per axis behind the predicted errors; the root mean square if every touch states its own."
     )

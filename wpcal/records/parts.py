@@ -108,6 +108,11 @@ class TorchShape(Record):
     neck: Maybe[Neck] = D("What is behind the nozzle. Missing: the torch is straight.")
 
 
+class ToolError(Record):
+    side_mm: NotNegative = D("Standard deviation per axis sideways.")
+    along_mm: NotNegative = D("Standard deviation along the wire, with its stick-out.")
+
+
 class Member(Record):
     solid: str
     taken_as: str = D("steel, a bolt or screw, wood, …")

@@ -15,6 +15,7 @@ from wpcal.records.parts import (
     Record,
     Rotation,
     Share,
+    ToolError,
     TorchShape,
     Vector,
 )
@@ -281,6 +282,7 @@ class CellErrors(Record):
     jobs: Count = D("How many jobs were used.")
     sigma_mm: Positive = D("Standard deviation per axis of a touch: its scatter from job to job.")
     error_field: ErrorFields = D("Smooth error of the robot: what the residuals of all jobs have in common.")
+    tool: Maybe[ToolError] = D("Missing where too few jobs say how the tool was turned, or turned it too little.")
 
 
 class JointRange(Record):

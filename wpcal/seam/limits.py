@@ -60,8 +60,6 @@ MEETING_MM = 1.0
 def usual_gap_mm(size_mm: float) -> float:
     """Return the largest gap between two members in contact on a part of a size (diagonal, mm), in mm.
 
-    Examples
-    --------
     >>> usual_gap_mm(1000.0), usual_gap_mm(100.0)
     (0.5, 0.25)
     """

@@ -28,8 +28,6 @@ def seams_named(words: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
     `words`: Names and ranges. A name counts first, so a seam may be called ``rib-2``. Capital letters do not matter
     where no other seam has the same letters.
 
-    Examples
-    --------
     >>> seams_named(["W3", "w5-w7"], ["W1", "W3", "W5", "W6a", "W6b", "W7", "W8"])
     ('W3', 'W5', 'W6a', 'W6b', 'W7')
     """

@@ -18,7 +18,7 @@ from wpcal.core.orientation_columns import ANGLE_COLUMNS, orientations_of_table
 from wpcal.core.pairs import PointPairs
 from wpcal.core.readings import postures_of_readings
 from wpcal.core.robot_space import RobotSpace, space_of_table
-from wpcal.core.rotations import zyx_angles
+from wpcal.core.rotations import rx_ry_rz_deg
 from wpcal.core.tables import Table, parse_table
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
 from wpcal.taught.features.reference import ReferenceFeature, point_named
@@ -297,7 +297,7 @@ def taught_csv(taught: TaughtPoints) -> str:
     for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
         posture = [""] * len(angles)
         if name in postures:
-            posture = [f"{v:.4f}" for v in _angles_deg(postures[name])]
+            posture = [f"{v:.4f}" for v in rx_ry_rz_deg(postures[name])]
         rows.append([name, *(f"{v:.6f}" for v in p), feature, *posture, *space])
     return csv_text(rows)
 
@@ -307,11 +307,6 @@ def taught_record(taught: TaughtPoints) -> dict[str, Any]:
     points = []
     for name, p, feature in zip(taught.names, taught.p_base.tolist(), taught.features, strict=True):
         posture = taught.postures.get(name)
-        angles = None if posture is None else _angles_deg(posture).tolist()
+        angles = None if posture is None else rx_ry_rz_deg(posture).tolist()
         points.append({"name": name, "p_base_mm": p, "feature": feature, "rx_ry_rz_deg": angles})
     return {"schema": TAUGHT_SCHEMA, "robot_space": taught.space.value, "points": points}
-
-
-def _angles_deg(R_base_tool: FloatArray) -> FloatArray:
-    """Return rx, ry, rz in degrees (R = Rz Ry Rx) to the digits of the table, without a negative zero."""
-    return np.asarray(np.rad2deg(zyx_angles(R_base_tool)).round(4) + 0.0)

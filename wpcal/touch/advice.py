@@ -158,13 +158,10 @@ def advise(
 ) -> Advice:
     """Choose the features to teach so that the largest predicted error along the seams is smallest.
 
-    Raises
-    ------
-    InputError : When `points` is below 3 or not above the number in `have`, or `sigma_mm` is not a positive length.
-    GeometryError : When there is no seam, or the candidates are too few or all on one line.
+    Raises `InputError` when `points` is below 3 or not above the number in `have`, or `sigma_mm` is not a positive
+    length.
+    Raises `GeometryError` when there is no seam, or the candidates are too few or all on one line.
 
-    Notes
-    -----
     The search is by the closed-form error of least squares; the last choice among the `FINALISTS` best sets, and every
     figure reported, by the criterion asked for.
     """

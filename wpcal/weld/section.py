@@ -131,8 +131,6 @@ def _between_sides(
 def throat_of(values: WeldValues, between_rad: float) -> float | None:
     """Return the throat of a fillet with equal legs, mm: a = z cos(ψ/2) for the angle ψ between its plates.
 
-    Examples
-    --------
     >>> round(throat_of(WeldValues(leg_mm=5.0), math.pi / 2), 3)
     3.536
     """

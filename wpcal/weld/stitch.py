@@ -21,8 +21,6 @@ def stretches(stitch: Stitch | None, length_mm: float, *, closed: bool = False) 
     Raises `InputError` if the pitch is shorter than the stretch, the offset leaves no room for one, or there are more
     than 10 000.
 
-    Examples
-    --------
     >>> stretches(Stitch(50.0, 100.0), 300.0)
     ((25.0, 75.0), (125.0, 175.0), (225.0, 275.0))
     """

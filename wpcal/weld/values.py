@@ -193,8 +193,6 @@ def _kind(text: str) -> WeldKind:
 def describe_weld(values: WeldValues) -> str:
     """Return a weld in the words and letters of ISO 2553: ``a4 fillet weld, 3 × 50 (50), 135, PB``.
 
-    Examples
-    --------
     >>> describe_weld(WeldValues(weld=WeldKind.FILLET, throat_mm=4.0, process="135", position="PB"))
     'a4 fillet weld, process 135, PB'
     """

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, PointProblem, TeachingError, calibrate
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.diagnose import diagnose_pairs
 from wpcal.core import PointPairs, UnitError
 from wpcal.core.tangent import exp_rotation
@@ -11,6 +12,7 @@ BODY = np.array([[0, 0, 0], [600, 0, 20], [580, 400, 0], [10, 390, 60], [300, 20
 NAMES = tuple("abcdefgh")
 R = exp_rotation([0.3, -1.2, 0.4])
 NOISE_MM = 0.2
+ALONE = RobotField.none()
 
 
 def pairs_of(model, real, seed=0, noise_mm=NOISE_MM):
@@ -34,7 +36,10 @@ def only(pairs, code, **options):
 
 @pytest.mark.parametrize("sigma", [None, NOISE_MM], ids=["sigma from residuals", "sigma stated"])
 def test_good_points_are_left_in_peace(sigma):
-    quiet = sum(not codes(pairs_of(BODY, BODY, seed), sigma_mm=sigma) for seed in range(100))
+    quiet = sum(
+        not codes(pairs_of(BODY, BODY, seed), teaching=TeachingError(sigma_mm=sigma, robot=ALONE))
+        for seed in range(100)
+    )
     assert quiet >= 95  # three tests of 1 % each
 
 
@@ -42,7 +47,9 @@ def test_good_points_are_left_in_peace(sigma):
 def test_a_mis_taught_point_is_named(which):
     off = BODY.copy()
     off[which] += [0, 0, 8.0]
-    assert only(pairs_of(BODY, off), "blunder", sigma_mm=NOISE_MM).ids == (NAMES[which],)
+    assert only(pairs_of(BODY, off), "blunder", teaching=TeachingError(sigma_mm=NOISE_MM, robot=ALONE)).ids == (
+        NAMES[which],
+    )
 
 
 def test_a_blunder_does_not_move_the_robust_fit():

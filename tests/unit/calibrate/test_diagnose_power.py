@@ -5,7 +5,8 @@ import pytest
 from scipy.special import chdtrc, fdtrc
 
 from tests.few import few
-from wpcal.calibrate import fit_least_squares
+from wpcal.calibrate import TeachingError, fit_least_squares
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.diagnose import diagnose_pairs
 from wpcal.calibrate.trust.neighbours import FeaturePlaces
 from wpcal.calibrate.trust.robust import contradicted_points
@@ -14,6 +15,7 @@ from wpcal.core import PointPairs
 pytestmark = pytest.mark.many
 
 SIGMA_MM = 0.15
+ALONE = RobotField.none()
 ALARM = 0.01
 SLACK = 0.05  # three standard deviations of the difference of two shares on the same 150 sets
 CORNERS = np.array([[x, y, z] for x in (0, 200.0) for y in (0, 120.0) for z in (0, 10.0)])
@@ -82,7 +84,12 @@ def test_good_points_are_named_in_at_most_one_file_of_a_hundred(sigma):
 def test_good_points_are_not_given_to_other_features(sigma):
     rng = np.random.default_rng(1)
     places = FeaturePlaces.of({f"V{i}": p for i, p in enumerate(PART)})
-    found = [diagnose_pairs(touched(rng, 4 + k % 4)[0], places=places, sigma_mm=sigma).suspect for k in range(200)]
+    found = [
+        diagnose_pairs(
+            touched(rng, 4 + k % 4)[0], places=places, teaching=TeachingError(sigma_mm=sigma, robot=ALONE)
+        ).suspect
+        for k in range(200)
+    ]
     assert not any(suspect is not None and suspect.exchanges for suspect in found)
 
 
@@ -105,7 +112,7 @@ def test_two_of_five_are_said_to_be_two_or_more_and_none_is_named():
     q = p + SIGMA_MM * np.random.default_rng(3).normal(size=p.shape)
     q[0] += [0, 4.0, 3.0]
     q[3] += [3.0, 0, -4.0]
-    found = diagnose_pairs(PointPairs(tuple("abcde"), p, q), sigma_mm=SIGMA_MM)
+    found = diagnose_pairs(PointPairs(tuple("abcde"), p, q), teaching=TeachingError(sigma_mm=SIGMA_MM, robot=ALONE))
     assert [issue.code for issue in found.issues] == ["blunder-not-named"]
     assert found.suspect.names == ()
     assert "cannot tell which" in found.suspect.sentence
@@ -113,5 +120,5 @@ def test_two_of_five_are_said_to_be_two_or_more_and_none_is_named():
 
 def test_a_wrong_point_is_named_beside_an_error_that_is_stated_too_small():
     pairs, bad = touched(np.random.default_rng(4), 8, 1, 40.0)
-    found = diagnose_pairs(pairs, sigma_mm=SIGMA_MM / 2.5)
+    found = diagnose_pairs(pairs, teaching=TeachingError(sigma_mm=SIGMA_MM / 2.5, robot=ALONE))
     assert found.suspect.names == tuple(pairs.names[i] for i in bad)

@@ -91,17 +91,17 @@ def test_two_wrong_points_of_four_are_named_though_two_cannot_be_fitted():
     assert result.verdict == "FAIL"
 
 
-@pytest.mark.parametrize("wrong", [("w0", "w1", "w2"), ("w0", "b0"), ("w1",)])
+@pytest.mark.parametrize("wrong", [("w0", "w1", "w2"), ("w0", "w1", "w2", "w3"), ("w0", "b0"), ("w1",)])
 def test_several_wrong_points_of_one_body_are_first_explained_by_that_body(wrong):
-    names = (*(f"b{i}" for i in range(6)), "w0", "w1", "w2")
+    names = (*(f"b{i}" for i in range(6)), "w0", "w1", "w2", *wrong[3:])
     p = np.array([[0, 0, 0], [600, 0, 20], [0, 400, 20], [600, 400, 0], [0, 0, 20], [600, 400, 20.0]])
-    p = np.concatenate([p, [[100, 200, 20], [400, 200, 20], [100, 200, 220.0]]])
+    p = np.concatenate([p, [[100, 200, 20], [400, 200, 20], [100, 200, 220.0], [400, 200, 220]][: len(names) - 6]])
     q = p + np.random.default_rng(5).normal(0.0, 0.05, p.shape)
     q[[names.index(name) for name in wrong]] += [0.0, 10.0, 0.0]
     found = calibrate(PointPairs(names, p, q), body_of={name: "base" if name[0] == "b" else "web" for name in names})
     assert found.suspect is not None
-    assert found.suspect.body == ("web" if len(wrong) == 3 else "")
+    assert found.suspect.body == ("web" if len(wrong) > 2 else "")
     assert found.suspect.names == wrong[::-1] or found.suspect.names == wrong
     steps = " ".join(next_steps(found.to_record()))
-    assert ("--bodies" in steps and "write no" not in steps) is (len(wrong) == 3)
-    assert ("web stands elsewhere" in found.judgement.sentence) is (len(wrong) == 3)
+    assert ("--bodies" in steps and "write no" not in steps) is (len(wrong) > 2)
+    assert ("web stands elsewhere" in found.judgement.sentence) is (len(wrong) > 2)

@@ -22,6 +22,7 @@ from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, trans
 BODY = np.array([[0, 0, 0], [600, 0, 20], [580, 400, 0], [10, 390, 60], [300, 200, 300], [100, 350, 210.0]])
 NAMES = tuple("abcdef")
 SURE_MM, UNSURE_MM = 0.1, 2.0
+ALONE = RobotField.none()
 R = exp_rotation([0.3, -1.2, 0.4])
 SEAM = np.array([[900.0, 0, 0]])
 ROUND_OFF = 1e-9  # of covariances about a metre from the origin: mm², rad·mm, rad²
@@ -78,7 +79,7 @@ def test_a_covariance_tells_along_which_axis_a_deviation_is_a_blunder():
 
 def test_a_stated_error_of_the_points_goes_before_the_one_for_all():
     pairs = pairs_of(off(3, [0, 0, 4.0]), [SURE_MM] * 6)
-    assert distrusted(pairs, sigma_mm=UNSURE_MM) == ["d"]
+    assert distrusted(pairs, teaching=TeachingError(sigma_mm=UNSURE_MM, robot=ALONE)) == ["d"]
 
 
 def test_a_row_of_points_with_one_beside_it_keeps_the_one_beside_it():

@@ -8,11 +8,13 @@ import pytest
 from tests.record_checks import check_record
 from wpcal.calibrate import Solver, TeachingError
 from wpcal.calibrate import calibrate as calibrate_points
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.diagnose import diagnose_pairs
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
 
 SIGMA_MM = 0.15
+ALONE = RobotField.none()
 BODY = np.array(
     [[0, 0, 0], [200, 0, 0], [200, 120, 10], [0, 120, 0], [20, 50, 90], [180, 62, 90], [100, 0, 10], [20, 62, 90.0]]
 )
@@ -35,7 +37,7 @@ def test_a_wrong_tool_is_told_with_its_size_and_no_point_is_blamed(sigma, least)
     rng, told = np.random.default_rng(0), []
     for _ in range(40):
         pairs, postures = touched(rng)
-        found = diagnose_pairs(pairs, postures=postures, sigma_mm=sigma)
+        found = diagnose_pairs(pairs, postures=postures, teaching=TeachingError(sigma_mm=sigma, robot=ALONE))
         if found.tool is not None:
             assert found.suspect is None
             told.append(float(np.linalg.norm(found.tool.tip_mm - TIP_MM)) <= found.tool.error_95_mm)
@@ -48,7 +50,10 @@ def test_a_wrong_tool_is_told_with_its_size_and_no_point_is_blamed(sigma, least)
 def test_a_right_tool_is_left_in_peace(sigma):
     rng = np.random.default_rng(1)
     sets = [touched(rng, 4 + k % 5, np.zeros(3)) for k in range(400)]
-    alarms = sum(diagnose_pairs(pairs, postures=p, sigma_mm=sigma).tool is not None for pairs, p in sets)
+    alarms = sum(
+        diagnose_pairs(pairs, postures=p, teaching=TeachingError(sigma_mm=sigma, robot=ALONE)).tool is not None
+        for pairs, p in sets
+    )
     assert alarms <= 8  # 1 % of 400 and two standard deviations
 
 

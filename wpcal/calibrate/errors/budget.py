@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -62,7 +62,10 @@ class ErrorBudget:
     sigma: Sigma  #: The teaching error, for words.
     white: FloatArray  #: shape (6, 6). Covariance of η by errors of 1 mm that are independent from place to place.
     fields: FloatArray  #: shape (L, 6, 6). Covariance of η by the unit field, for each length of the belief.
-    tool_mm: float = 0.0  #: Standard deviation per axis of the tool's error in another posture.
+    #: shape (3, 3). Covariance of the tool's error in the axes of the tool.
+    tool: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    #: shape (6, 3). From the tool's error to η, where the postures of all touches are known.
+    tool_gain: FloatArray | None = None
     scale: float = PRIOR_SCALE  #: Root mean square of the scale, after the touches.
 
     @classmethod
@@ -101,8 +104,22 @@ class ErrorBudget:
         """Of the motion ξ of the pose about the origin of the base, without the robot's error at the seams."""
         own = self.belief.s2 * (self.touching + self.excess) + self.model
         own = own + np.tensordot(self.belief.a2, self.fields, axes=1) + self.belief.rest_mm**2 * self.white
+        own = own + self._tool[1]
         back = translation_adjoint(self.centre)
         return frozen(back @ own @ back.T)
+
+    @property
+    def _tool(self) -> tuple[FloatArray, FloatArray]:
+        """Covariance of the tool's error at the welds, (3, 3), and of η by that at the touches, (6, 6).
+
+        A weld turns the tool as it likes: its error is taken along the direction in which the part is known worst.
+        Where it is not known how the touches turned it, either, it counts twice.
+        """
+        gain = np.zeros((6, 3)) if self.tool_gain is None else self.tool_gain
+        at_touches = gain @ self.tool @ gain.T
+        axes = np.linalg.eigh((self.touching + at_touches)[3:, 3:])[1]
+        at_weld = (axes * np.linalg.eigvalsh(self.tool)) @ axes.T
+        return np.asarray(at_weld if self.tool_gain is not None else 2.0 * at_weld), np.asarray(at_touches)
 
     def _scale_effect(self, x: FloatArray) -> FloatArray:
         """Return the error of points by a unit scale, shape (k, 3)."""
@@ -122,9 +139,10 @@ class ErrorBudget:
             crossed = J @ np.tensordot(correlation(x, self.places, belief.lengths_mm[k]), self.gain, axes=1)
             fields[k] = _along(J, self.fields[k]) - crossed - crossed.transpose(0, 2, 1) + np.eye(3)
         scaled = self.scale * self._scale_effect(x)
+        at_weld, at_touches = self._tool
         found = {
             "touching": belief.s2 * unit,
-            "tool": np.broadcast_to(self.tool_mm**2 * np.eye(3), unit.shape),
+            "tool": at_weld + _along(J, at_touches),
             "robot": np.tensordot(belief.a2, fields, axes=1) + belief.rest_mm**2 * (_along(J, self.white) + np.eye(3)),
             "part": scaled[:, :, None] * scaled[:, None, :],
             "model": _along(J, self.model),
@@ -187,8 +205,9 @@ class ErrorBudget:
         """Covariance of the errors of k points together, shape (3 k, 3 k)."""
         k, J = len(x), point_jacobian(x).reshape(-1, 6)
         rest2 = self.belief.rest_mm**2
-        own = self.belief.s2 * (self.touching + self.excess) + self.model + rest2 * self.white
-        total = J @ own @ J.T + rest2 * np.eye(3 * k) + self.tool_mm**2 * np.tile(np.eye(3), (k, k))
+        at_weld, at_touches = self._tool
+        own = self.belief.s2 * (self.touching + self.excess) + self.model + rest2 * self.white + at_touches
+        total = J @ own @ J.T + rest2 * np.eye(3 * k) + np.tile(at_weld, (k, k))
         scaled = self.scale * self._scale_effect(x).ravel()
         total += np.outer(scaled, scaled)
         for length, a2, own in zip(self.belief.lengths_mm, self.belief.a2, self.fields, strict=True):
@@ -238,6 +257,16 @@ class ErrorBudget:
             "shares": self.shares(points),
         }
 
+    @property
+    def _tool_source(self) -> str:
+        if not self.tool.any():
+            return "tool centre point: nothing stated"
+        if self.tool_gain is None:
+            per_axis = math.sqrt(2.0 / 3.0 * float(np.trace(self.tool)))
+            return f"tool centre point in another posture, {per_axis:.2g} mm per axis, stated"
+        axes = ", ".join(f"{each:.2g}" for each in np.sqrt(np.diag(self.tool)))
+        return f"tool centre point, {axes} mm along x, y and z (the wire) of the tool, as the touches turned it; stated"
+
     def _described(self, name: str) -> dict[str, Any]:
         """Say what a contribution is, its type, and where its size comes from."""
         belief = self.belief
@@ -245,9 +274,7 @@ class ErrorBudget:
         is_a = is_a or (name == "robot" and belief.origin is FieldOrigin.ESTIMATED)
         told = {
             "touching": self.sigma.describe(),
-            "tool": f"tool centre point in another posture, {self.tool_mm:.2g} mm per axis, stated"
-            if self.tool_mm
-            else "tool centre point: nothing stated",
+            "tool": self._tool_source,
             "robot": belief.field.describe(),
             "part": f"scale of the part, {1e6 * self.scale:.2g} ppm after the touches, {1e6 * PRIOR_SCALE:.0f} before: "
             "steel within 10 K of 20 °C, and one part in five is far off",

@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.prediction import SigmaSource
-from wpcal.calibrate.errors.robot_field import RobotField, correlation, evidence_of
+from wpcal.calibrate.errors.robot_field import RobotField, correlation, evidence_of, solve_shared
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.tangent import point_jacobian
@@ -60,8 +60,9 @@ class FieldShift:
         for k, length in enumerate(nodes.lengths_mm.tolist()):
             seen, vectors = np.linalg.eigh(rows.field(length))
             variance = s2 + nodes.rest_mm**2 * rows.unit2 + a2 * np.maximum(seen, 0.0)
-            factor = np.sum(weight[k][:, :, None] * a2 / variance, axis=(0, 1))
-            pull = rows.rest @ (vectors @ (factor * (vectors.T @ rows.y)))
+            shared = None if rows.shared is None else vectors.T @ rows.shared
+            solved, _ = solve_shared(variance, shared, vectors.T @ rows.y)
+            pull = rows.rest @ (vectors @ np.sum(weight[k][:, :, None] * a2 * solved, axis=(0, 1)))
             np.add.at(pulls[k], rows.owner, pull[:, None] * rows.root)
             at_touches += correlation(budget.places, rows.places, length) @ pulls[k]
         motion = np.einsum("nij,nj->i", budget.gain, at_touches)

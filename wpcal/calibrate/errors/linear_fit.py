@@ -32,6 +32,9 @@ class LinearFit:
     weights: FloatArray  #: shape (n, 3, 3).
     own: FloatArray | None = None  #: shape (n, 3, 3). Covariances that the observations state, mm²; or unit errors.
     shared: FloatArray | None = None  #: shape (n, 3, s). What each sees of one standard deviation of shared errors.
+    #: shape (n, 3, 3). The axes of the tool in the base, as columns, if all are known: its error then moves the part as
+    #: the touches turned it.
+    postures: FloatArray | None = None
 
     @classmethod
     def of_points(
@@ -76,7 +79,8 @@ class LinearFit:
             if is_minimax and sigma.mm > 0:
                 excess = self.excess(bounded=teaching.is_bounded, seed=seed)
         found = ErrorBudget.of(self.places, self.gain, touching, belief, sigma, excess=excess)
-        return replace(found, tool_mm=teaching.tool_mm)
+        turned = None if self.postures is None else np.einsum("nij,njk->ik", self.gain, self.postures)
+        return replace(found, tool=teaching.tool_covariance, tool_gain=turned)
 
 
 def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:

@@ -8,9 +8,12 @@ A taught point is off by a small random vector. The fit turns these vectors into
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,6 +35,7 @@ from wpcal.calibrate.errors.robot_field import (
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
+from wpcal.core.tangent import point_jacobian
 
 COVERAGE = 0.95  #: Share of the errors that stay below the predicted error.
 LEAST_FREEDOM = 4
@@ -44,6 +48,45 @@ EXCESS_GOAL = 1e-8  #: Scaled optimality error of a simulated fit: far below the
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
 LEAST_ERROR_MM = 1e-6  #: Below 1 nm an error says nothing of a robot, and its square may be no number any more.
+
+
+@dataclass(frozen=True, slots=True)
+class ToolError:
+    """Standard deviations of the tool centre point: per axis sideways, and along the wire, with its stick-out.
+
+    Raises `InputError` when one is negative or not finite.
+    """
+
+    side_mm: float
+    along_mm: float
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(each) and each >= 0 for each in (self.side_mm, self.along_mm)):
+            raise InputError(f"tool error: expected lengths that are not negative, got {self.side_mm}, {self.along_mm}")
+
+    @classmethod
+    def read(cls, text: str) -> ToolError:
+        """Read ``side,along`` in mm, or a file of earlier jobs (`wpcal.study.drift.pooled`)."""
+        try:
+            if text.endswith(".json"):
+                found = json.loads(Path(text).read_text(encoding="utf-8"))["tool"]
+                return cls(found["side_mm"], found["along_mm"])
+            side, along = (float(word) for word in text.split(","))
+        except (OSError, ValueError, KeyError, TypeError):
+            expected = (
+                "a file in which jobs tell of the tool (wpcal drift --cell-errors), or sideways and along the wire"
+            )
+            raise InputError(f"tool error: expected {expected} in mm, as 0.2,0.5; got {text!r}") from None
+        return cls(side, along)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """In the axes of the tool, of which z is along the wire, shape (3, 3), mm²."""
+        return np.diag([self.side_mm**2, self.side_mm**2, self.along_mm**2])
+
+    def to_record(self) -> dict[str, float]:
+        """Return plain values for a JSON file."""
+        return {"side_mm": self.side_mm, "along_mm": self.along_mm}
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +107,14 @@ class TeachingError:
         "--robot-mm",
         metavar="AMPLITUDE,LENGTH|FILE",
         read=RobotField.read,
+    )
+    tool: ToolError | None = opt(
+        None,
+        "Standard deviations of the tool centre point, sideways and along the wire with its stick-out (0.2,0.5), or a "
+        "file of wpcal drift --cell-errors. Where rows say how the tool was turned, what they share cancels in part.",
+        "--tool-mm",
+        metavar="SIDE,ALONG|FILE",
+        read=ToolError.read,
     )
     scale_error: float | None = None  #: Standard deviation of the scale of the part, if it was fitted and is applied.
 
@@ -105,15 +156,33 @@ class TeachingError:
         belief = believe(rows, s, self.robot)
         return belief if self.scale_error is None else replace(belief, scale=self.scale_error)
 
-    def tested_sigma_mm(self, places: FloatArray) -> float | None:
-        """Standard deviation per axis of residuals, if the teaching error is stated: with the robot's own error.
+    def tested_sigma_mm(self, places: FloatArray, postures: FloatArray | None = None) -> float | None:
+        """Standard deviation per axis of residuals, if the teaching error is stated: with those of robot and tool.
 
         A wrong touch shows against this. What is believed of the robot before the touches counts, because a wrong touch
-        would make the robot look worse. `places`: shape (n, 3), mm.
+        would make the robot look worse.
+
+        `places`: shape (n, 3), in the base if `postures`, shape (n, 3, 3), says how the touches turned the tool, mm.
         """
         if self.per_axis_mm is None:
             return None
-        return math.hypot(self.per_axis_mm, self.robot_residual_mm(places))
+        by_tool = self._tool_residual_mm(places, self.shared(postures))
+        return math.hypot(self.per_axis_mm, self.robot_residual_mm(places), by_tool)
+
+    @staticmethod
+    def _tool_residual_mm(places: FloatArray, shared: FloatArray | None) -> float:
+        """Standard deviation per axis that the tool's error leaves in the residuals of places, shape (n, 3)."""
+        n = len(places)
+        if shared is None or n < 3:
+            return 0.0
+        Q = np.linalg.qr(point_jacobian(places - places.mean(axis=0)).reshape(-1, 6))[0]
+        left = float(np.sum(shared**2) - np.sum((Q.T @ shared.reshape(3 * n, -1)) ** 2))
+        return math.sqrt(max(left, 0.0) / (3 * n - 6))
+
+    def shared(self, postures: FloatArray | None) -> FloatArray | None:
+        """Return what postures, shape (n, 3, 3), make of each standard deviation of the tool's error, shape alike."""
+        sigma = np.sqrt(np.diag(self.tool_covariance))
+        return None if postures is None or not sigma.any() else np.asarray(postures * sigma)
 
     def robot_residual_mm(self, places: FloatArray) -> float:
         """Standard deviation per axis that the robot's own error leaves in the residuals of places, shape (n, 3)."""
@@ -123,17 +192,28 @@ class TeachingError:
         return math.sqrt(prior.rest_mm**2 + sum(a2 * rigid_rest(about, length) for length, a2 in pairs if a2))
 
     @property
+    def tool_covariance(self) -> FloatArray:
+        """Covariance of the tool centre point in the axes of the tool, shape (3, 3), mm²."""
+        stated = np.zeros((3, 3)) if self.tool is None else self.tool.covariance
+        return stated + self.tcp_bias_mm**2 / 3.0 * np.eye(3)
+
+    @property
     def tool_mm(self) -> float:
         """Standard deviation per axis of the tool's error in another posture, mm.
 
         A bias fixed in the tool moves by 2 sin(angle / 2) times its length when the wrist turns: √2 for a quarter turn.
         """
-        return math.sqrt(2.0 / 3.0) * self.tcp_bias_mm
+        return math.sqrt(2.0 / 3.0 * float(np.trace(self.tool_covariance)))
 
     @property
     def is_bounded(self) -> bool:
         """Whether the error is evenly distributed within a bound."""
         return self.bound_mm is not None
+
+
+def postures_of(names: Sequence[str], known: Mapping[str, FloatArray]) -> FloatArray | None:
+    """Return the axes of the tool at observations, shape (n, 3, 3), by their names; None if one is not known."""
+    return np.array([known[name] for name in names]) if known and known.keys() >= set(names) else None
 
 
 class SigmaSource(Enum):

@@ -68,8 +68,6 @@ class FieldOrigin(Enum):
 class RobotField:
     """The robot's own smooth error: standard deviation per axis, and the distance over which it changes.
 
-    Examples
-    --------
     >>> RobotField.read("0.3,500").describe()
     'robot 0.3 mm per axis over 500 mm, stated'
     """
@@ -167,16 +165,22 @@ class ResidualRows:
     y: FloatArray  #: shape (m - 6,). The residuals there.
     z: FloatArray  #: shape (m - 6,). What a part of twice its size would leave there.
     unit2: float  #: Square of 1 mm in the unit of the rows, on average.
+    #: shape (m - 6, s). What one standard deviation of each error that all observations share leaves there.
+    shared: FloatArray | None = None
 
     @classmethod
-    def of(cls, places: FloatArray, J: FloatArray, d: FloatArray, information: FloatArray) -> ResidualRows:
+    def of(
+        cls, places: FloatArray, J: FloatArray, d: FloatArray, information: FloatArray, shared: FloatArray | None = None
+    ) -> ResidualRows:
         """Take out of residuals d what the pose explains.
 
         `places`, `d`: shape (n, 3), mm. `J`: shape (n, 3, 6). `information`: shape (n, 3, 3), up to one factor.
+        `shared`: shape (n, 3, s). What each observation sees of one standard deviation of errors that all share, mm.
         """
         if len(places) > MOST_EVIDENCE:
             used = np.sort(np.random.default_rng(0).choice(len(places), MOST_EVIDENCE, replace=False))
             places, J, d, information = places[used], J[used], d[used], information[used]
+            shared = None if shared is None else shared[used]
         values, vectors = np.linalg.eigh(information)
         owner, axis = np.nonzero(values > 1e-9 * values.max())
         root = np.sqrt(values[owner, axis])[:, None] * vectors[owner, :, axis]
@@ -185,7 +189,8 @@ class ResidualRows:
             :, 6:
         ]
         y, z = (rest.T @ np.einsum("mi,mi->m", root, each[owner]) for each in (d, places))
-        return cls(places, owner, root, rest, y, z, float(np.mean(np.sum(root**2, axis=1))))
+        common = None if shared is None else rest.T @ np.einsum("mi,mis->ms", root, shared[owner])
+        return cls(places, owner, root, rest, y, z, float(np.mean(np.sum(root**2, axis=1))), common)
 
     def field(self, length_mm: float) -> FloatArray:
         """Covariance of `y` by the unit field."""
@@ -253,10 +258,25 @@ class Nodes:
             smooth = (self.amplitudes_mm[:, None] ** 2) * np.maximum(seen, 0.0)
             variance = self.sigmas[:, None, None] ** 2 + self.rest_mm**2 * rows.unit2 + smooth
             y, z = vectors.T @ rows.y, vectors.T @ rows.z
-            square, weight = (np.sum(each**2 / variance, axis=-1) for each in (y, z))
-            size = np.sum(z * y / variance, axis=-1) / np.maximum(weight, np.finfo(float).tiny)
-            found.append((np.log(variance).sum(axis=-1), square, size, weight))
+            shared = None if rows.shared is None else vectors.T @ rows.shared
+            (of_y, log_det), (of_z, _) = (solve_shared(variance, shared, each) for each in (y, z))
+            square, size, weight = (np.sum(a * b, axis=-1) for a, b in ((of_y, y), (of_y, z), (of_z, z)))
+            found.append((log_det, square, size / np.maximum(weight, np.finfo(float).tiny), weight))
         return Evidence(*(np.stack(each) for each in zip(*found, strict=True)))
+
+
+def solve_shared(variance: FloatArray, shared: FloatArray | None, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Divide y, shape (m,), by covariances, and return their log determinants.
+
+    `variance`: shape (..., m). Of independent errors. `shared`: shape (m, s). One standard deviation of shared ones.
+    """
+    log_det = np.log(variance).sum(axis=-1)
+    if shared is None:
+        return np.asarray(y / variance), log_det
+    scaled = shared / variance[..., None]
+    added = np.eye(shared.shape[1]) + shared.T @ scaled  # Woodbury: the shared errors are of low rank
+    less = scaled @ np.linalg.solve(added, (y @ scaled)[..., None])
+    return np.asarray(y / variance - less[..., 0]), log_det + np.linalg.slogdet(added)[1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
 from wpcal.calibrate.errors.linear_fit import LinearFit
-from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.prediction import TeachingError, postures_of
 from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.solve.annealed import anneal_pairs
 from wpcal.calibrate.solve.error_rows import ErrorRows
@@ -28,7 +28,7 @@ from wpcal.calibrate.solve.weighted import fit_weighted, weighted_lower_bound, w
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.trust.blame import Diagnosis
 from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit, FitProblem
-from wpcal.calibrate.trust.diagnose import diagnose_pairs, join_pairs
+from wpcal.calibrate.trust.diagnose import diagnose_pairs, join_pairs, tested_error
 from wpcal.calibrate.trust.neighbours import FeaturePlaces
 from wpcal.calibrate.trust.residuals import FLOOR_MM, ResidualEvidence, unchecked_names
 from wpcal.calibrate.trust.robust import contradicted_points
@@ -135,7 +135,7 @@ class PointProblem(FitProblem):
             check=self.check,
             places=self.places,
             postures=self.postures,
-            sigma_mm=self._tested_sigma_mm,
+            teaching=self.teaching,
             seed=self.seed,
         )
         issues = [*found.issues, *_equal_places(self.pairs, fit)]
@@ -152,7 +152,7 @@ class PointProblem(FitProblem):
 
     @property
     def _tested_sigma_mm(self) -> float | None:
-        return self.teaching.tested_sigma_mm(self.pairs.p_source)
+        return tested_error(self.pairs, self.teaching, self.postures)
 
     def _agreeing(self) -> IntArray:
         """Rows that neither the other fitted points nor the check points contradict."""
@@ -165,11 +165,13 @@ class PointProblem(FitProblem):
 
     def _budget(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> ErrorBudget:
         """Collect what the errors of the fitted points do to the pose, and what is believed of these errors."""
-        pairs = self.pairs if len(rows) == len(self.pairs) else self.pairs.select(rows)
-        stated = pairs.covariances
+        if len(rows) < len(self.pairs):
+            return self.select(rows)._budget(criterion, T, np.arange(len(rows)))
+        pairs, stated = self.pairs, self.pairs.covariances
         weights = None if stated is None or criterion is not Criterion.WEIGHTED else np.asarray(np.linalg.inv(stated))
-        belief, sigma = self.teaching.believed(_residual_rows(pairs), stated)
+        belief, sigma = self.teaching.believed(_residual_rows(self), stated)
         fit = LinearFit.of_points(T.apply(pairs.p_source), weights, stated)
+        fit = replace(fit, postures=postures_of(pairs.names, self.postures))
         return fit.budget(belief, sigma, self.teaching, is_minimax=criterion is Criterion.MINIMAX, seed=self.seed)
 
 
@@ -180,15 +182,17 @@ def _least_squares(problem: PointProblem) -> CriterionFit:
 
 
 @lru_cache(maxsize=8)
-def _residual_rows(pairs: PointPairs) -> ResidualRows:
+def _residual_rows(problem: PointProblem) -> ResidualRows:
     """Residuals of least squares, whatever the criterion: what they tell of the errors is the same."""
+    pairs = problem.pairs
     p, n = pairs.p_source, len(pairs)
     R, t = kabsch(p, pairs.p_target, np.full(n, 1.0 / n))
     moved = p @ R.T + t
     about = moved - moved.mean(axis=0)
     stated = pairs.covariances
     weights = np.tile(np.eye(3), (n, 1, 1)) if stated is None else np.asarray(np.linalg.inv(stated))
-    return ResidualRows.of(about, point_jacobian(about), pairs.p_target - moved, weights)
+    shared = problem.teaching.shared(postures_of(pairs.names, problem.postures))
+    return ResidualRows.of(about, point_jacobian(about), pairs.p_target - moved, weights, shared)
 
 
 def points_have_heavy_tails(pairs: PointPairs, fit: RigidTransform) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
 from wpcal.calibrate.errors.of_touches import budget_of_touches
-from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.prediction import TeachingError, postures_of
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.starts import PoseSearch, search_pose, two_places
 from wpcal.calibrate.solve.touches import Pose, fit_minimax, fit_squares, scaled_jacobian
@@ -74,7 +74,8 @@ class TouchProblem(FitProblem):
             kept = np.flatnonzero(~np.isin(self.names, self.contradicted.names))
         fitted = self.touches.select(kept)
         pose, objective = self._pose(fitted, criterion)
-        budget = budget_of_touches(fitted, pose, criterion, self.teaching, seed=self.seed)
+        postures = postures_of(fitted.names, self.postures)
+        budget = budget_of_touches(fitted, pose, criterion, self.teaching, seed=self.seed, postures=postures)
         T = RigidTransform(pose.R, pose.t, "base", "part")
         is_heavy = False
         if criterion is Criterion.MINIMAX:
@@ -99,7 +100,7 @@ class TouchProblem(FitProblem):
         holds = (
             len(rest) >= LEAST_AGREEING and np.linalg.matrix_rank(J.reshape(-1, 6), tol=HELD * np.linalg.norm(J)) == 6
         )
-        return holds and find_contradicted(rest, pose, self.teaching.tested_sigma_mm(rest.p_base)) is None
+        return holds and find_contradicted(rest, pose, self._tested_sigma_mm(rest)) is None
 
     def judge_residuals(self, fit: CriterionFit, check: Touches | None = None) -> ResidualEvidence:
         """Say how the fitted touches agree, and which of them neither the others nor the check touches test."""
@@ -129,10 +130,10 @@ class TouchProblem(FitProblem):
         posed = seen.select([i for i, name in enumerate(seen.names) if name in self.postures])
         if len(posed) < LEAST_ROWS:
             return None
-        sigma_mm = self.teaching.tested_sigma_mm(posed.p_base)
+        sigma_mm = self._tested_sigma_mm(posed)
         pose, information, J = squares_of(posed, self.start, sigma_mm)
         frames = np.array([self.postures[name] for name in posed.names])
-        stated = self.teaching.tcp_bias_mm**2 / 3.0 * np.eye(3)
+        stated = self.teaching.tool_covariance
         if posed.shared is not None:  # an error that is the same in the tool at all touches, as that of the stick-out
             fixed = frames.swapaxes(1, 2) @ posed.shared
             stated = stated + fixed.mean(axis=0) @ fixed.mean(axis=0).T
@@ -142,6 +143,9 @@ class TouchProblem(FitProblem):
         wrong = () if self.contradicted is None else self.contradicted.names
         rest = least_without(posed, pose, sigma_mm, wrong)
         return find_tool_offset(rows, rival_squares=rest, rival_count=max(len(wrong), 1))
+
+    def _tested_sigma_mm(self, touches: Touches) -> float | None:
+        return self.teaching.tested_sigma_mm(touches.p_base, postures_of(touches.names, self.postures))
 
     def _rival_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
         """Say that the part may lie in another place, further off than the predicted error."""
@@ -210,7 +214,8 @@ def search_touches(
     motions = held_motions(touches, found.pose)
     if found.rival is not None:
         raise two_places(touches, found.pose, found.rival)
-    contradicted = find_contradicted(touches, found.pose, teaching.tested_sigma_mm(touches.p_base), check=check)
+    sigma_mm = teaching.tested_sigma_mm(touches.p_base, postures_of(touches.names, postures or {}))
+    contradicted = find_contradicted(touches, found.pose, sigma_mm, check=check)
     problem = TouchProblem(
         touches,
         teaching,

@@ -10,9 +10,8 @@ wall. Its second moment is added to the variance of the touch, as in a filter of
 :math:`\delta` *before* the touches are used. With that after the fit, a touch on the wrong side of a small hole would
 confirm itself. On planes e is zero; in a hole that is smaller than the motion it is not more than the hole allows.
 
-References
-----------
-Bar-Shalom, Li and Kirubarajan (2001), Estimation with applications to tracking and navigation, section 10.3.2.
+References: Bar-Shalom, Li and Kirubarajan (2001), Estimation with applications to tracking and navigation, section
+10.3.2.
 """
 
 from __future__ import annotations

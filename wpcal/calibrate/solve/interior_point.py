@@ -10,9 +10,8 @@ and each step solves the 7×7 Newton equations of its optimality conditions: :ma
 Lengths are scaled: residuals by the first largest distance, rotations by the size of the cloud, so that every
 number in the iteration is near one.
 
-References
-----------
-Mehrotra, S. (1992), SIAM J. Optim. 2(4), 575 (predictor and corrector); Boyd and Vandenberghe (2004), ch. 11.
+References: Mehrotra, S. (1992), SIAM J. Optim. 2(4), 575 (predictor and corrector); Boyd and Vandenberghe (2004), ch.
+11.
 """
 
 from __future__ import annotations

@@ -4,9 +4,8 @@ For weights :math:`w` on the simplex the problem :math:`\min_T \sum_i w_i d_i^2`
 weighted centroid to the other, and the rotation maximises :math:`\operatorname{tr}(R^\top B)` with
 :math:`B = \sum_i w_i \bar q_i \bar p_i^\top`, which one 3×3 singular value decomposition does over *all* rotations.
 
-References
-----------
-Kabsch, W. (1976), Acta Cryst. A32, 922; Umeyama, S. (1991), IEEE TPAMI 13(4), 376 (the sign that keeps det R = +1).
+References: Kabsch, W. (1976), Acta Cryst. A32, 922; Umeyama, S. (1991), IEEE TPAMI 13(4), 376 (the sign that keeps det
+R = +1).
 """
 
 from __future__ import annotations
@@ -72,8 +71,6 @@ def fit_least_squares(
     Returns: RigidTransform. ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored
     sets.
 
-    Examples
-    --------
     A plate turned by a quarter turn about z and set down 10 mm along x:
 
     >>> model = [[0, 0, 0], [100, 0, 0], [0, 50, 0]]

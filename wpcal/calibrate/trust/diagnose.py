@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import combinations
+from types import MappingProxyType
 
 import numpy as np
 from scipy.special import chdtri, fdtri
 
+from wpcal.calibrate.errors.prediction import TeachingError, postures_of
 from wpcal.calibrate.solve.error_rows import ErrorRows
 from wpcal.calibrate.solve.least_squares import centred, distances, fit_least_squares, kabsch
 from wpcal.calibrate.trust.blame import Diagnosis, Exchange, Suspect
@@ -33,6 +35,8 @@ UNIT_TOLERANCE = 0.03
 """The factor of the sizes must lie this close to that of a unit: closer than any teaching error on a part of 100 mm."""
 COPLANAR_RATIO = 0.02
 """Third to second spread below which points count as lying in one plane: 2 mm of relief on 100 mm."""
+NO_POSTURES: Mapping[str, FloatArray] = MappingProxyType({})
+UNSTATED = TeachingError()
 MOST_SWAP_POINTS = 40  #: Swaps are tried among this many points with the largest residuals: 780 swaps.
 
 
@@ -58,8 +62,8 @@ def diagnose_pairs(
     *,
     check: PointPairs | None = None,
     places: FeaturePlaces | None = None,
-    postures: Mapping[str, FloatArray] | None = None,
-    sigma_mm: float | None = None,
+    postures: Mapping[str, FloatArray] = NO_POSTURES,
+    teaching: TeachingError = UNSTATED,
     seed: int = 0,
 ) -> Diagnosis:
     """Name swaps, a mirrored set, mis-taught points, wrong features and a wrong tool, and what the data cannot show.
@@ -68,11 +72,12 @@ def diagnose_pairs(
     with these, and swaps and mirrors with the largest standard deviation among them.
     `postures`: shape (3, 3), optional. The axes of the tool in the base by the name of the point: they show an error of
     the tool centre point.
+    `teaching`: What is known of the errors of points without covariances, and of the tool.
 
     Returns: Codes ``swapped-names``, ``mirrored``, ``tool-centre-point``, ``neighbour-feature``, ``blunder``,
     ``blunder-not-named``, ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
     """
-    seen = pairs if check is None else join_pairs(pairs, check)
+    seen, sigma_mm = pairs if check is None else join_pairs(pairs, check), tested_error(pairs, teaching, postures)
     total = _sum_of_squares(seen.p_source, seen.p_target)
     most = sigma_mm
     if seen.covariances is not None:
@@ -80,13 +85,22 @@ def diagnose_pairs(
     explained, suspect, tool = _swap(seen, total, most) or _mirror(seen, total, most), None, None
     if not explained:
         found = contradicted_points(seen, sigma_mm=sigma_mm, seed=seed)
-        tool = _tool_offset(seen, postures or {}, found, sigma_mm)
+        tool = _tool_offset(seen, postures, found, sigma_mm, teaching.tool_covariance)
     if tool is not None:
         explained = (Issue(TOOL_OFFSET, tool.sentence),)
     elif not explained:
         suspect = _suspect(seen, found, places, sigma_mm)
         explained = () if suspect is None else _suspect_issues(suspect)
     return Diagnosis((*explained, *_limits(pairs)), suspect, tool)
+
+
+def tested_error(pairs: PointPairs, teaching: TeachingError, postures: Mapping[str, FloatArray]) -> float | None:
+    """Return the error per axis against which a wrong point must stand out, if it is stated, mm.
+
+    `postures`: shape (3, 3). The axes of the tool in the base, by the names of the points that say them.
+    """
+    known = postures_of(pairs.names, postures)
+    return teaching.tested_sigma_mm(pairs.p_source if known is None else pairs.p_target, known)
 
 
 def join_pairs(pairs: PointPairs, check: PointPairs) -> PointPairs:
@@ -239,7 +253,11 @@ def _suspect_issues(suspect: Suspect) -> tuple[Issue, ...]:
 
 
 def _tool_offset(
-    pairs: PointPairs, postures: Mapping[str, FloatArray], found: Contradiction, sigma_mm: float | None
+    pairs: PointPairs,
+    postures: Mapping[str, FloatArray],
+    found: Contradiction,
+    sigma_mm: float | None,
+    stated: FloatArray,
 ) -> ToolOffset | None:
     """Test the tool centre point on the points whose posture is known, against the points that look wrong."""
     at = [i for i, name in enumerate(pairs.names) if name in postures]
@@ -252,7 +270,7 @@ def _tool_offset(
     J = point_jacobian(moved - moved.mean(axis=0))
     J[:, :, :3] /= max(float(np.abs(moved - moved.mean(axis=0)).max()), 1.0)
     frames = np.array([postures[name] for name in posed.names])
-    given = PosedRows(rows.q - moved, J, frames, rows.information, 3 * len(at), rows.scaled)
+    given = PosedRows(rows.q - moved, J, frames, rows.information, 3 * len(at), rows.scaled, stated)
     wrong = [at.index(i) for i in found.sets[0] if i in at] if found.sets else []
     worst = np.argsort(-np.linalg.norm(given.residuals, axis=1), kind="stable")[:MOST_COMPARED]
     tried = [wrong] if wrong else [[int(i)] for i in worst]

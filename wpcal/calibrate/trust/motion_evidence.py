@@ -9,10 +9,8 @@ The part of the touches that no motion of the whole explains is, with unit error
 The ratio of the best s to s = 0 has no chi-square distribution, because 0 is the end of its range. Its distribution for
 a rigid part is drawn from the same formula, in which w then is standard normal.
 
-References
-----------
-Patterson and Thompson (1971), Recovery of inter-block information when block sizes are unequal, Biometrika 58.
-Crainiceanu and Ruppert (2004), Likelihood ratio tests in linear mixed models with one variance component, J. R.
+References: Patterson and Thompson (1971), Recovery of inter-block information when block sizes are unequal, Biometrika
+58. Crainiceanu and Ruppert (2004), Likelihood ratio tests in linear mixed models with one variance component, J. R.
 Statist. Soc. B 66.
 """
 

@@ -4,9 +4,8 @@ Of up to 40 points, single points, pairs and larger sets are left out in turn (`
 more points, many three-point fits are made; the one whose nearest points agree best is refined on those points (least
 trimmed squares), and all points are tested against the fit of those that pass, until these stay the same.
 
-References
-----------
-Rousseeuw, Leroy (1987), Robust Regression and Outlier Detection, ch. 5 (least trimmed squares, concentration steps).
+References: Rousseeuw, Leroy (1987), Robust Regression and Outlier Detection, ch. 5 (least trimmed squares,
+concentration steps).
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ know is in `VerdictEvidence`, what only moved bodies know in `wpcal.calibrate.tr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum, StrEnum
@@ -158,8 +159,6 @@ def check_level(count: int) -> float:
 def judge_evidence(evidence: Evidence, *, suggest: Suggest | None = None) -> Verdict:
     """Decide whether the seams are shown to be within the tolerance.
 
-    Notes
-    -----
     The tests of the residuals against a stated teaching error and of the check points each raise a false alarm in one
     fit of a hundred. With a true teaching error, a `PASS` with a seam outside and a `FAIL` for its error with all seams
     inside each happen in at most 5 of 100 calibrations.
@@ -377,10 +376,11 @@ def verdict_issues(
 
 def bias_advice(teaching: TeachingError) -> tuple[Issue, ...]:
     """Say how a stated error of the tool centre point affects the welds, and how to avoid that."""
-    if not teaching.tcp_bias_mm:
+    if not teaching.tool_mm:
         return ()
+    off_mm = math.sqrt(float(np.trace(teaching.tool_covariance)))
     message = (
-        f"a tool centre point off by {teaching.tcp_bias_mm:g} mm leaves no residual while the torch keeps its posture; "
+        f"a tool centre point off by {off_mm:.3g} mm leaves no residual while the torch keeps its posture; "
         "the predicted errors allow for a weld a quarter turn away. Touch in the posture in which the tool centre "
         "point was calibrated (Yin 2003, section 3)"
     )

@@ -6,9 +6,7 @@ wire feed, control, current, and three more. ``welddata``: speed, the same as fi
 ``weavedata``: shape, type, length, width, height, three dwells as lengths, direction, tilt, orientation, bias, and
 three as first set. Units are those of the usual SI setting: mm, mm/s, V, A, wire feed in mm/s.
 
-References
-----------
-ABB, ArcWare product manuals: seamdata, welddata, weavedata, ArcLStart, ArcL, ArcC, ArcLEnd, ArcCEnd.
+References: ABB, ArcWare product manuals: seamdata, welddata, weavedata, ArcLStart, ArcL, ArcC, ArcLEnd, ArcCEnd.
 """
 
 from __future__ import annotations

@@ -13,9 +13,7 @@ cfx   wrist centre         wrist centre                     joint 5
 Quadrant 0 is 0° to 90°, quadrant -1 is 0° to -90°. The table is that of arms without a parallel rod; arms with one
 (IRB 2400, 4400, 6400 …) have another.
 
-References
-----------
-ABB, RAPID Instructions, Functions and Data types: confdata. The table is quoted in AXIS_CONFIGURATION.md of
+References: ABB, RAPID Instructions, Functions and Data types: confdata. The table is quoted in AXIS_CONFIGURATION.md of
 CEAD-group/py-opw-kinematics (commit 2f70958), whose joint angles of an IRB 1660 with cfx 4 and 5 are in the tests here;
 hehonglu123/Motion-Primitive-Planning numbers quadrants and cfx alike and runs on real arms.
 """

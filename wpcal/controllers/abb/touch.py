@@ -5,10 +5,8 @@ r"""ABB RAPID: a program that touches the part, and a module with its results.
 search is ``Search_1D`` of SmarTac. It searches over twice the distance from its start to its search point, which is
 therefore half of the stroke.
 
-References
-----------
-ABB, Technical reference manual: RAPID Instructions, Functions and Data types (SearchL, Save, TRYNEXT, ERRNO).
-ABB, Application manual SmarTac (Search_1D).
+References: ABB, Technical reference manual: RAPID Instructions, Functions and Data types (SearchL, Save, TRYNEXT,
+ERRNO). ABB, Application manual SmarTac (Search_1D).
 """
 
 from __future__ import annotations

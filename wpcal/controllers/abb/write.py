@@ -5,11 +5,9 @@ frame as calibrated. `confdata` is computed where the arm's joints are known (`w
 Otherwise it is written as zeros and not used: ``ConfJ\Off`` and ``ConfL\Off`` let the controller choose the
 configuration nearest to the present one.
 
-References
-----------
-ABB, Technical reference manual: RAPID Instructions, Functions and Data types (robtarget, wobjdata, confdata, ConfL,
-CirPathMode; MoveC, which uses no orientation of the middle, and refuses points nearer than 0.1 mm, a middle less than a
-degree beside the end seen from the start, and 240 degrees).
+References: ABB, Technical reference manual: RAPID Instructions, Functions and Data types (robtarget, wobjdata,
+confdata, ConfL, CirPathMode; MoveC, which uses no orientation of the middle, and refuses points nearer than 0.1 mm, a
+middle less than a degree beside the end seen from the start, and 240 degrees).
 """
 
 from __future__ import annotations

@@ -47,12 +47,9 @@ def read_poses_back(
 ) -> list[ReadPose]:
     """Return the poses of a program's file in `base`.
 
-    Raises
-    ------
-    InputError : When no grammar knows the suffix.
-    FormatError
-        When the file breaks its format, or a point of a weld program cannot be used. Joint values are left out, and so
-        are points of other programs that have no coordinates.
+    Raises `InputError` when no grammar knows the suffix.
+    Raises `FormatError` when the file breaks its format, or a point of a weld program cannot be used. Joint values are
+    left out, and so are points of other programs that have no coordinates.
     """
     found = require_grammar(path).read(raw.decode(ENCODING), str(path))
     poses = []

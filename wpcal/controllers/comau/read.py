@@ -1,8 +1,6 @@
 """Positions of a Comau PDL2 program (``.pdl``): values of ``name := POS(…)``, in the frame that ``$UFRAME`` is set to.
 
-References
-----------
-Comau, PDL2 Programming Language Manual, CR00758049 (POS, $UFRAME).
+References: Comau, PDL2 Programming Language Manual, CR00758049 (POS, $UFRAME).
 """
 
 from __future__ import annotations

@@ -3,9 +3,8 @@
 Positions are relative to ``$UFRAME``; ``a : b`` composes two. ``MOVE RELATIVE`` goes on from where the tool is, in the
 tool or in ``$UFRAME``. The routines ``arc_start`` and ``arc_end`` of the user, or an output, switch the arc.
 
-References
-----------
-Comau, PDL2 Programming Language Manual, CR00758049 (MOVE, POS, VEC, $UFRAME, $TOOL, $BASE, FOR, WHILE, REPEAT, IF).
+References: Comau, PDL2 Programming Language Manual, CR00758049 (MOVE, POS, VEC, $UFRAME, $TOOL, $BASE, FOR, WHILE,
+REPEAT, IF).
 """
 
 from __future__ import annotations

@@ -8,10 +8,8 @@ modes, so wpcal writes a line to every frame of a seam and no arcs.
 PDL2 itself has no arc instructions: an output switches the arc, or the routines ``arc_start(job)`` and ``arc_end`` of a
 program ``wp_arc`` of the user.
 
-References
-----------
-Comau, PDL2 Programming Language Manual, CR00758049 (POSITION, POS, MOVE, MOVEFLY, $UFRAME, $LIN_SPD, $TERM_TYPE,
-$FLY_DIST, $PROG_SPD_OVR, EXPORTED FROM, DELAY).
+References: Comau, PDL2 Programming Language Manual, CR00758049 (POSITION, POS, MOVE, MOVEFLY, $UFRAME, $LIN_SPD,
+$TERM_TYPE, $FLY_DIST, $PROG_SPD_OVR, EXPORTED FROM, DELAY).
 """
 
 from __future__ import annotations

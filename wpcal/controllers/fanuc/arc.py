@@ -3,9 +3,7 @@
 The schedule holds current, voltage, delays and crater; a program states its number. A weave is stated with its values,
 ``Weave Sine[Hz, mm, s, s]``, or by the number of its schedule. The amplitude is from the middle to one side.
 
-References
-----------
-FANUC, R-30iB ArcTool Operator's Manual (weld start, weld end, weave instructions).
+References: FANUC, R-30iB ArcTool Operator's Manual (weld start, weld end, weave instructions).
 """
 
 from __future__ import annotations

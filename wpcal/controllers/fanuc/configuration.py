@@ -7,11 +7,9 @@
 * The three numbers count turns. They are 0 from -180° to 180°. For angles beyond that the public sources do not agree
   which joints they count.
 
-References
-----------
-FANUC, R-30iB HandlingTool Operator's Manual (position data). Diagnostic files of controllers in the public repositories
-WILDER-SYSTEMS-LLC/git-ftp, irbzavalagit/UB10200_RBT01 and Hamood564/FanucTransmissionLine. Tesseract Planning,
-``robot_config.h``.
+References: FANUC, R-30iB HandlingTool Operator's Manual (position data). Diagnostic files of controllers in the public
+repositories WILDER-SYSTEMS-LLC/git-ftp, irbzavalagit/UB10200_RBT01 and Hamood564/FanucTransmissionLine. Tesseract
+Planning, ``robot_config.h``.
 """
 
 from __future__ import annotations

@@ -5,9 +5,7 @@ program jumps to the label. ``PR[n]=LPOS`` behind the label is the place at that
 and tool, which must be the present ones. ``Offset`` moves a point in the user frame, ``Tool_Offset`` in the tool,
 ``INC`` adds to where the tool is. User frames that the remarks of a program ask for count as set.
 
-References
-----------
-FANUC, R-30iB HandlingTool Operator's Manual (motion options, registers, branching, skip condition).
+References: FANUC, R-30iB HandlingTool Operator's Manual (motion options, registers, branching, skip condition).
 """
 
 from __future__ import annotations

@@ -10,9 +10,7 @@ one axis of the touch frame of their schedule, which must be parallel to the par
 that of its alarm, which stops the program. The option stores the place of the contact in PR[32]; its own result, an
 offset, goes to the register first.
 
-References
-----------
-FANUC, R-30iB HandlingTool Operator's Manual (skip condition, position registers); ArcTool Touch Sensing.
+References: FANUC, R-30iB HandlingTool Operator's Manual (skip condition, position registers); ArcTool Touch Sensing.
 """
 
 from __future__ import annotations

@@ -4,10 +4,8 @@ Group 1 is the follower with the torch, group 2 the leader with the part. With `
 relative to the leader, and the speed is that in the part. A position holds both groups, each in the base of its robot;
 the tool of group 2 is the part. TP moves both groups in the same way, so the moves are lines only.
 
-References
-----------
-FANUC, Coordinated Motion Setup and Operations Manual (leader, follower, COORD), as quoted in public by Lincoln
-Electric. The layout follows ``EXAMPLE_COOR.LS`` and the coordinated example of
+References: FANUC, Coordinated Motion Setup and Operations Manual (leader, follower, COORD), as quoted in public by
+Lincoln Electric. The layout follows ``EXAMPLE_COOR.LS`` and the coordinated example of
 rpiRobotics/fanuc_motion_program_exec: two robots, leader group 2, ``DEFAULT_GROUP = 1,1,*,*,*``, joint moves without
 COORD.
 """

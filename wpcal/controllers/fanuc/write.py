@@ -3,9 +3,7 @@
 W, P, R in degrees with ``R = Rz(R) Ry(P) Rx(W)``; lengths in mm. `wpcal.controllers.language.jobs` explains the user
 frame and the configuration.
 
-References
-----------
-FANUC, R-30iB HandlingTool Operator's Manual (position data, user frames, remarks of 32 characters).
+References: FANUC, R-30iB HandlingTool Operator's Manual (position data, user frames, remarks of 32 characters).
 """
 
 from __future__ import annotations

@@ -65,11 +65,9 @@ def write_judged(name: str, write: Callable[[P], Files], program: P, *, in_cell:
 
     `in_cell`: What sweeps the motions of a planned program.
 
-    Raises
-    ------
-    WrittenWrongError : When the program does other things than it should, and no template of the user made it.
-    InputError
-        When the language cannot hold the program, or a template has a fault or makes the program do other things.
+    Raises `WrittenWrongError` when the program does other things than it should, and no template of the user made it.
+    Raises `InputError` when the language cannot hold the program, or a template has a fault or makes the program do
+    other things.
     """
     files, controller = write(program), find_controller(name)
     if controller is None:  # a table: it moves nothing

@@ -8,10 +8,8 @@ end of an arc is known that ends the weld too, so a seam that ends in an arc has
 current, voltage`` sets a crater: s, A, V. With a job in the weld data, condition n is that job, as the controller
 has it.
 
-References
-----------
-Public programs and post-processors that weld with these instructions (see docs/how-to/kawasaki.md, which also states
-what none of them confirms).
+References: Public programs and post-processors that weld with these instructions (see docs/how-to/kawasaki.md, which
+also states what none of them confirms).
 """
 
 from __future__ import annotations

@@ -4,9 +4,7 @@ A transformation value does not state its frame. It is relative to the ``BASE`` 
 such a move it counts as relative to the robot's base, if the file sets no other base. Values of ``.JOINTS`` are joint
 angles. The case of names does not matter.
 
-References
-----------
-Files that controllers and post-processors wrote (docs/how-to/kawasaki.md).
+References: Files that controllers and post-processors wrote (docs/how-to/kawasaki.md).
 """
 
 from __future__ import annotations

@@ -7,9 +7,7 @@ With ``CP ON``, a motion without ``BREAK`` behind it ends within ``ACCURACY`` an
 ``LWE`` stop. ``a + b`` composes transformations, ``SHIFT(p BY x, y, z)`` displaces one in BASE, and ``DRAW`` goes on
 from where the tool is.
 
-References
-----------
-Kawasaki, AS Language Reference Manual (D and E controllers).
+References: Kawasaki, AS Language Reference Manual (D and E controllers).
 """
 
 from __future__ import annotations

@@ -4,9 +4,8 @@ A search is an ``XMOVE … TILL`` the touch signal. If the signal is on when the
 it stands. This is behind the contact by the way of the stop; it counts as latency. Results are variables; the
 controller writes them with ``SAVE``.
 
-References
-----------
-Kawasaki, AS Language Reference Manual (XMOVE, HERE, SIG); docs/how-to/touch-sensing.md says what is confirmed.
+References: Kawasaki, AS Language Reference Manual (XMOVE, HERE, SIG); docs/how-to/touch-sensing.md says what is
+confirmed.
 """
 
 from __future__ import annotations

@@ -5,10 +5,8 @@ calibrated, which every program makes its ``BASE``. A transformation value has n
 that it comes with. Joint moves of a plan go to precision points (``#wpj0001`` in ``.JOINTS``), which state all axes: a
 seam then keeps the configuration of the move before it. Axes of a positioner follow the six of the arm, in both kinds.
 
-References
-----------
-The form of files, ``BASE``, ``TOOL``, ``SPEED … MM/S ALWAYS``, ``ACCURACY``, ``BREAK``, ``LMOVE``, ``C1MOVE`` and
-``C2MOVE`` follow public programs of Kawasaki robots (docs/how-to/kawasaki.md).
+References: The form of files, ``BASE``, ``TOOL``, ``SPEED … MM/S ALWAYS``, ``ACCURACY``, ``BREAK``, ``LMOVE``,
+``C1MOVE`` and ``C2MOVE`` follow public programs of Kawasaki robots (docs/how-to/kawasaki.md).
 """
 
 from __future__ import annotations

@@ -5,10 +5,8 @@ ArcTech Basic writes itself: ARCON at its first point, ARCSWI at points between,
 edited on the pendant. Speed, weave and crater are then those of the data set. Other seams get plain KRL: the output
 ``$OUT[n]``, or ``ARC_START(job)`` and ``ARC_END()``.
 
-References
-----------
-KUKA, KR C4 ArcTech Basic: Operating and Programming Instructions (ARC ON, ARC SWITCH, ARC OFF). The text of the folds
-follows programs that ArcTech 3 wrote, as public programs show them.
+References: KUKA, KR C4 ArcTech Basic: Operating and Programming Instructions (ARC ON, ARC SWITCH, ARC OFF). The text of
+the folds follows programs that ArcTech 3 wrote, as public programs show them.
 """
 
 from __future__ import annotations

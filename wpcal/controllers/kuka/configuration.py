@@ -7,10 +7,9 @@ Sources disagree on the second bit: a table on the web states the opposite. Taug
 S 2 and S 6 go with positive A3 (its bit of T is not set), and S 6 with negative A5 (its bit of T is set), as in
 ``S 6, T 27`` and ``S 2, T 35``. For the overhead area no source could be checked.
 
-References
-----------
-KUKA, System Software 8.3: Operating and Programming Instructions for System Integrators (status and turn). Beckhoff,
-TF5200 Programming Manual: Status & Turn (IS, IT). visose/Robots and the RoboDK post processor number them alike.
+References: KUKA, System Software 8.3: Operating and Programming Instructions for System Integrators (status and turn).
+Beckhoff, TF5200 Programming Manual: Status & Turn (IS, IT). visose/Robots and the RoboDK post processor number them
+alike.
 """
 
 from __future__ import annotations

@@ -12,10 +12,8 @@ public post-processor (docs/how-to/touch-programs.md). No controller ran it.
 
 Results are variables of the data list, which the controller keeps in the ``.dat``.
 
-References
-----------
-KUKA, System Software 8.x: Operating and Programming Instructions for System Integrators (INTERRUPT, BRAKE, RESUME,
-$POS_INT).
+References: KUKA, System Software 8.x: Operating and Programming Instructions for System Integrators (INTERRUPT, BRAKE,
+RESUME, $POS_INT).
 """
 
 from __future__ import annotations

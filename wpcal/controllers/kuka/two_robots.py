@@ -5,9 +5,7 @@ must be coupled to the flange of the other robot in the configuration of the cel
 with the part as its tool. Every move of both is synchronised: ``$SYNC_ID[]`` is the same text in both programs, and
 ``$SYNC_LIST`` has one bit for each robot.
 
-References
-----------
-``$SYNC_ID[]``, ``$SYNC_LIST``, ``SBASE`` and that synchronised points are SLIN:
+References: ``$SYNC_ID[]``, ``$SYNC_LIST``, ``SBASE`` and that synchronised points are SLIN:
 SatelliteApplicationsCatapult/Automate-Synch-KUKA-RoboTeam. No public program with a geometric coupling was found.
 """
 

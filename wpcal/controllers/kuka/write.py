@@ -5,10 +5,8 @@ Angles are A, B, C in degrees with ``R = Rz(A) Ry(B) Rx(C)``; lengths in mm. Poi
 `wpcal.controllers.kuka.configuration` defines them. Otherwise they are left out: the controller ignores them for LIN
 and keeps the present ones for PTP.
 
-References
-----------
-KUKA, System Software 8.x: Operating and Programming Instructions for System Integrators (E6POS, FRAME, $BASE, S and T,
-orientation control for LIN and CIRC; the orientation of the middle of an arc is not used).
+References: KUKA, System Software 8.x: Operating and Programming Instructions for System Integrators (E6POS, FRAME,
+$BASE, S and T, orientation control for LIN and CIRC; the orientation of the middle of an arc is not used).
 """
 
 from __future__ import annotations

@@ -48,8 +48,6 @@ class TurnedCorner:
 def find_turned_corners(frames: SeamFrames) -> tuple[TurnedCorner, ...]:
     """Return the corners of a seam at which a torch turns before and after the corner.
 
-    Examples
-    --------
     A seam of two straight steps in one direction has none:
 
     >>> x, R = np.array([[0.0, 0, 0], [5, 0, 0], [9, 0, 0]]), np.tile(np.eye(3), (3, 1, 1))

@@ -4,9 +4,7 @@ Data is in the database, with the frame of each point as its father; programs ar
 point along its own axes, ``compose`` along those of a frame. The tool is declared on the controller. The output
 ``doArc`` switches the arc, or the programs ``arcStart`` and ``arcEnd`` of the user.
 
-References
-----------
-Staubli, VAL3 Reference Manual (pointRx, jointRx, frame, mdesc, movej, movel, movec, appro, compose).
+References: Staubli, VAL3 Reference Manual (pointRx, jointRx, frame, mdesc, movej, movel, movec, appro, compose).
 """
 
 from __future__ import annotations

@@ -6,10 +6,8 @@ the joint move before each seam. The tool is not declared: the application does 
 torch. VAL3 has no arc instructions of its own: a digital output of the user (``doArc``) switches the arc, or the user's
 programs ``arcStart(nJob)`` and ``arcEnd()``, which are added to the application as the tool is.
 
-References
-----------
-Staubli, VAL3 Reference Manual (pointRx, jointRx, frame, mdesc; configuration ssame, esame, wsame; dio, call, delay,
-waitEndMove).
+References: Staubli, VAL3 Reference Manual (pointRx, jointRx, frame, mdesc; configuration ssame, esame, wsame; dio,
+call, delay, waitEndMove).
 """
 
 from __future__ import annotations

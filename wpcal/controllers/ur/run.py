@@ -5,9 +5,7 @@ when it is started, until its first motion meets the part: then the input is on,
 contact, and the rest of the thread waits for the end of the motion, which must not come. `get_actual_tcp_pose` is the
 pose in the base with the tool of `set_tcp`; lengths in m, rotation vectors.
 
-References
-----------
-Universal Robots, The URScript Programming Language (e-Series).
+References: Universal Robots, The URScript Programming Language (e-Series).
 """
 
 from __future__ import annotations

@@ -4,9 +4,8 @@ A thread moves; the program watches the input in every cycle of the controller, 
 ends the thread and stops the robot. Results are lines of the log (``textmsg``), and are sent to a socket if the touch
 setup names a computer.
 
-References
-----------
-Universal Robots, The URScript Programming Language (threads, get_actual_tcp_pose, stopl, textmsg, sockets, popup).
+References: Universal Robots, The URScript Programming Language (threads, get_actual_tcp_pose, stopl, textmsg, sockets,
+popup).
 """
 
 from __future__ import annotations

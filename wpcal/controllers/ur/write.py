@@ -8,10 +8,9 @@ seams, as linear moves keep it. Mode 0 of an arc: the tool turns about one axis,
 The language has no arc instructions: a digital output switches the arc, or two functions that the user has
 (`arc_start`, `arc_end`); the power source's URCap or interface decides what happens.
 
-References
-----------
-Universal Robots, The URScript Programming Language (movej, movel, pose_trans, set_standard_digital_out, sleep; movec:
-"pose_via: path point (note: only position is used)"; mode 0 turns from the current pose to the target pose).
+References: Universal Robots, The URScript Programming Language (movej, movel, pose_trans, set_standard_digital_out,
+sleep; movec: "pose_via: path point (note: only position is used)"; mode 0 turns from the current pose to the target
+pose).
 """
 
 from __future__ import annotations

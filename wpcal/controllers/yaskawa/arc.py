@@ -3,9 +3,7 @@
 With a job, the files of conditions of that number are used (``ASF#``, ``AEF#``). Without one the values are stated:
 ``ARCON AC=current AV=voltage T=delay``. A weave is always a file (``WEV#``): its plane depends on the wall.
 
-References
-----------
-Yaskawa, YRC1000 Operator's Manual for Arc Welding, and INFORM Language (ARCON, ARCOF, WVON, WVOF).
+References: Yaskawa, YRC1000 Operator's Manual for Arc Welding, and INFORM Language (ARCON, ARCOF, WVON, WVOF).
 """
 
 from __future__ import annotations

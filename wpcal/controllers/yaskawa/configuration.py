@@ -5,9 +5,7 @@ or more. The manuals agree on the order. On flip they do not agree with jobs: th
 decides (from -90° to 90° is flip), while nearly all public jobs with the R axis near 0° have an RCONF that begins with
 1. It also says that the types vary with the model. wpcal therefore takes the first three numbers from a taught job.
 
-References
-----------
-Yaskawa, NX100 Instructions for Data Transmission Function, 4.1 Job Data Format (HW0481924); DX100, the same
+References: Yaskawa, NX100 Instructions for Data Transmission Function, 4.1 Job Data Format (HW0481924); DX100, the same
 (HW0482494); NX100 Operator's Manual, 3.9 Manipulator Types (RE-CSO-A031).
 """
 

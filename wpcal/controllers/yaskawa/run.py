@@ -5,9 +5,7 @@ robot's frame, ``$PX002`` the same in pulses, which CNVRT turns into a user fram
 header states; three MOVC are an arc from the first to the third. ``SFTON`` displaces the points after it, ``IMOV`` adds
 to where the tool is. User frames that the remarks of a job ask for count as set.
 
-References
-----------
-Yaskawa, DX200 / YRC1000 INFORM Language (MOVJ, MOVL, MOVC, IMOV, SFTON, SRCH, CNVRT, GETS, JUMP, CALL).
+References: Yaskawa, DX200 / YRC1000 INFORM Language (MOVJ, MOVL, MOVC, IMOV, SFTON, SRCH, CNVRT, GETS, JUMP, CALL).
 """
 
 from __future__ import annotations

@@ -7,9 +7,8 @@ for a direct input before a move: a signal that is on ends the search of the way
 Places are in P-variables, outcomes in B-variables, fingerprint and numbers of frame and tool in D-variables. A job in a
 user frame has no positions in joints: another job goes home.
 
-References
-----------
-Yaskawa, INFORM Language manuals (SRCH, GETS, CNVRT, GETE); docs/how-to/touch-sensing.md says what is confirmed.
+References: Yaskawa, INFORM Language manuals (SRCH, GETS, CNVRT, GETE); docs/how-to/touch-sensing.md says what is
+confirmed.
 """
 
 from __future__ import annotations

@@ -11,12 +11,10 @@ an arc relative to robot 2, and ``+MOVJ`` on the same line moves robot 2 by join
 group 2 the master. Positions of both robots are joints, so that their forms are fixed; ``V`` is the speed of the torch
 in the part.
 
-References
-----------
-Yaskawa, DX200 / YRC1000 Options: Instructions for Independent/Coordinated Control Function (PSTART, PWAIT, TSYNC,
-SMOVL, SMOVC, master and slave) and for Data Transmission Function (job data format: NPOS, POSTYPE, PULSE). The layout
-of a job of two groups, and ``SMOVL C… V=…  +MOVJ EC…``, follow the public jobs of rpiRobotics/dx200_motion_progam_exec;
-there the master is a station.
+References: Yaskawa, DX200 / YRC1000 Options: Instructions for Independent/Coordinated Control Function (PSTART, PWAIT,
+TSYNC, SMOVL, SMOVC, master and slave) and for Data Transmission Function (job data format: NPOS, POSTYPE, PULSE). The
+layout of a job of two groups, and ``SMOVL C… V=…  +MOVJ EC…``, follow the public jobs of
+rpiRobotics/dx200_motion_progam_exec; there the master is a station.
 """
 
 from __future__ import annotations

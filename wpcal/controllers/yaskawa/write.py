@@ -3,9 +3,8 @@
 Rx, Ry, Rz in degrees with ``R = Rz(Rz) Ry(Ry) Rx(Rx)``; lengths in mm. Positions are Cartesian, not pulses.
 `wpcal.controllers.language.jobs` explains the user frame and the configuration.
 
-References
-----------
-Yaskawa, DX200 / YRC1000 Options: Instructions for Data Transmission Function (job data format: NPOS, POSTYPE, RCONF).
+References: Yaskawa, DX200 / YRC1000 Options: Instructions for Data Transmission Function (job data format: NPOS,
+POSTYPE, RCONF).
 """
 
 from __future__ import annotations

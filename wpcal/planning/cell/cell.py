@@ -85,11 +85,8 @@ class Carrier:
 class Cell:
     """One robot with a torch, or two robots; k axes in all.
 
-    Raises
-    ------
-    InputError
-        When the arm does not have six joints, a number of axes is wrong, home is beyond a limit, the safety distance is
-        negative, or a weight is not positive.
+    Raises `InputError` when the arm does not have six joints, a number of axes is wrong, home is beyond a limit, the
+    safety distance is negative, or a weight is not positive.
     """
 
     name: str

@@ -3,9 +3,7 @@
 The distances are as accurate as the capsules in the cell file. `wpcal.planning.cell.hulls` measures the convex hulls
 instead; only a path that it has checked is called free.
 
-References
-----------
-Hou, Wang, Yue, Jia 2018, eq. (6): a state is clear when the least distance is larger than d1.
+References: Hou, Wang, Yue, Jia 2018, eq. (6): a state is clear when the least distance is larger than d1.
 """
 
 from __future__ import annotations
@@ -68,8 +66,6 @@ class Clearance:
 def capsule_clearance(cell: Cell, q: FloatArray) -> Clearance:
     """Measure n states by capsules; `q`: shape (n, 12). All axes, rad.
 
-    Notes
-    -----
     About 35 ns per pair of capsules: 6 µs per state of a cell with 160 pairs, and a third of that for the kinematics.
     One call with many states is far cheaper than many calls with one state.
     """

@@ -80,8 +80,6 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
 
     .. math:: T_{flange2,part} = (T_{base1,base2} \, T_{base2,flange2}(q_2))^{-1} \, T_{base1,part}
 
-    Notes
-    -----
     Errors of the bases and of the arms enter the grasp. They cancel where robot 2 holds the part as it did during the
     touching, and grow with the rotation away from that pose.
     """
@@ -134,11 +132,9 @@ class MeasuredBases:
 def read_base_points(path: Path) -> PointPairs:
     """Read ``name,base1_x_mm,base1_y_mm,base1_z_mm,base2_x_mm,base2_y_mm,base2_z_mm``, one row per point.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError
-        When a column is missing, a cell is not a number, a name appears twice, or there are fewer than three points.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when a column is missing, a cell is not a number, a name appears twice, or there are fewer than
+    three points.
     """
     table = read_table(path)
     table.require(("name", *BASE1_COLUMNS, *BASE2_COLUMNS))

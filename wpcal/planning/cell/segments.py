@@ -44,14 +44,10 @@ def segment_distances(first: Segments, second: Segments) -> FloatArray:
 
     `first`, `second`: Shapes (3, ...) that broadcast, mm.
 
-    Notes
-    -----
     Segments of length zero are points. Parallel segments have many nearest points; any of them is taken. For touching
     segments that are parallel except for round-off, the error is up to 1e-8 of their length.
 
-    References
-    ----------
-    Ericson, Real-Time Collision Detection, 2005, §5.1.9.
+    References: Ericson, Real-Time Collision Detection, 2005, §5.1.9.
     """
     p, u = first
     q, v = second

@@ -83,9 +83,8 @@ def build_run(
 ) -> CellRun:
     """Add an approach and a retract to a plan, and check the whole run.
 
-    Raises
-    ------
-    InputError : When a number is not positive (the distance: negative), or hulls need a package that is not installed.
+    Raises `InputError` when a number is not positive (the distance: negative), or hulls need a package that is not
+    installed.
     """
     if not (0.0 <= approach_mm < math.inf and 0.0 < air_speed_mm_s < math.inf):
         raise InputError(f"approach {approach_mm:g} mm at {air_speed_mm_s:g} mm/s: expected positive numbers")

@@ -8,10 +8,8 @@ then smooth, while a mix of their knots is jagged. Short sine terms are seldom o
 are the paths of a deterministic front, or there are none; between two bases the base is their weighted mean. Limits of
 place, slope, rotation and torch angles are kept by clipping. Closed chain and inverses are exact for all genes.
 
-References
-----------
-Hou, Wang, Yue, Jia 2018, §2; the text at hand has lost its operators. Deb, Pratap, Agarwal, Meyarivan 2002 for
-NSGA-II; Blank, Deb 2020 for pymoo.
+References: Hou, Wang, Yue, Jia 2018, §2; the text at hand has lost its operators. Deb, Pratap, Agarwal, Meyarivan 2002
+for NSGA-II; Blank, Deb 2020 for pymoo.
 """
 
 from __future__ import annotations

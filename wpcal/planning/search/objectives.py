@@ -174,11 +174,9 @@ def printed_position(path: PathValues) -> float:
 
     θ is the slope and φ the rotation with the opposite sign.
 
-    Notes
-    -----
-    A rotation that is not defined (NaN, vertical travel) counts as on target.
-    The text at hand shows no operator between the two fractions, so they are multiplied. Differences of angles are
-    taken the shorter way round, because φ just below zero is printed as just below 360°.
+    A rotation that is not defined (NaN, vertical travel) counts as on target. The text at hand shows no operator
+    between the two fractions, so they are multiplied. Differences of angles are taken the shorter way round, because φ
+    just below zero is printed as just below 360°.
     """
     slope, rotation, targets = path.coordinates[:, SLOPE], path.coordinates[:, ROTATION], path.targets
     theta = np.abs(wrapped(slope - targets.slope_rad)) / targets.slope_range_rad
@@ -197,8 +195,6 @@ def printed_torch(path: PathValues) -> float:
     .. math::
         f_{1-2} = \frac1n \sum_i (1 - \alpha_i / \alpha_{max})(1 - \beta_i / \beta_{max})
 
-    Notes
-    -----
     α and β are the angles between the wire and the seam's y and x axes. Both are 90° for the neutral torch. Their
     largest allowed values are 90° plus the range around the target. The text at hand prints no sum.
     """

@@ -109,13 +109,9 @@ def hypervolume(values: FloatArray, reference: FloatArray) -> float:
     `reference`: shape (k,). In the units of the objectives.
     Raises `InputError` when the numbers of objectives differ.
 
-    Notes
-    -----
     Slices along the last objective: m times the volume of one objective less. Meant for tens of rows and few
     objectives.
 
-    Examples
-    --------
     Two squares of side 2 and 3 that share one of side 2 by 1:
 
     >>> hypervolume(np.array([[1.0, 2.0], [2.0, 0.0]]), np.array([4.0, 4.0]))

@@ -114,11 +114,10 @@ def plan_seam(
 ) -> PlanningResult:
     """Search for plans of a seam. If the user ends the search (KeyboardInterrupt), the best front so far.
 
-    Raises
-    ------
-    GeometryError : When the seam is out of reach, the bases are too close to each other or the start is in collision.
-    NoFeasiblePlanError : When no feasible plan is found; it names the limit that is hardest to keep, and where.
-    KeyboardInterrupt : When the user ends the search before there is any plan.
+    Raises `GeometryError` when the seam is out of reach, the bases are too close to each other or the start is in
+    collision.
+    Raises `NoFeasiblePlanError` when no feasible plan is found; it names the limit that is hardest to keep, and where.
+    Raises `KeyboardInterrupt` when the user ends the search before there is any plan.
     """
     require_bases_apart(problem.cell)
     found: list[CandidatePath] = []

@@ -62,11 +62,9 @@ def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: Sea
 def find_reachable_places(problem: PlanningProblem, count: int) -> list[ReachablePlace]:
     """Return the most promising places with their branches, best first; each pair of branches appears once.
 
-    Raises
-    ------
-    GeometryError : When a point of the seam is out of reach, or every state at its start is in collision.
-    NoFeasiblePlanError
-        When no place and branches have an allowed state at every scanned point; it names the limit and the place.
+    Raises `GeometryError` when a point of the seam is out of reach, or every state at its start is in collision.
+    Raises `NoFeasiblePlanError` when no place and branches have an allowed state at every scanned point; it names the
+    limit and the place.
     """
     try:
         return _places_of_scan(problem, count, _Scan.of(problem, ROTATIONS_RAD[:1]))

@@ -210,12 +210,9 @@ def with_digest(record: Mapping[str, Any]) -> dict[str, Any]:
 def read_kept_plan(folder: Path) -> KeptInput:
     """Read the folder of a plan.
 
-    Raises
-    ------
-    InputError : When a file cannot be opened, or is missing in ``input``.
-    FormatError
-        When a file breaks its format, ``plan.json`` was changed after it was planned, or ``input`` has a file that is
-        not, or not as it was, among those that were planned from: file and remedy are named.
+    Raises `InputError` when a file cannot be opened, or is missing in ``input``.
+    Raises `FormatError` when a file breaks its format, ``plan.json`` was changed after it was planned, or ``input`` has
+    a file that is not, or not as it was, among those that were planned from: file and remedy are named.
     """
     path, source = folder / PLAN_FILE, folder / INPUT
     record = parse_json(read_bytes(path), path=str(path))

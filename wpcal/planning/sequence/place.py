@@ -104,8 +104,6 @@ def map_places(
 ) -> PlaceMap:
     """Measure how much of the seams is reachable over a grid of places.
 
-    Notes
-    -----
     Only places that the arm reaches, and that could be better than with the part turned otherwise, are compared with
     the bodies of the cell: at most `RUNGS` times `MOST_WAYS` times `MOST_SPINS` states per seam.
     """

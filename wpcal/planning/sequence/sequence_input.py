@@ -108,12 +108,10 @@ def read_sequence_input(
 ) -> SequenceInput:
     """Read what is to be welded.
 
-    Raises
-    ------
-    InputError
-        When a file cannot be opened, a name is unknown, no seam is left, or a seam is outside of the given part.
-    FormatError : When a file breaks its format.
-    FrameError : When the seams were calibrated with a different model of the robot than the cell has.
+    Raises `InputError` when a file cannot be opened, a name is unknown, no seam is left, or a seam is outside of the
+    given part.
+    Raises `FormatError` when a file breaks its format.
+    Raises `FrameError` when the seams were calibrated with a different model of the robot than the cell has.
     """
     path = result / SEAMS_FILE if result.is_dir() else result
     record, seams, T_base_part = seams_in_part(path, cell, with_place=True)

@@ -1,9 +1,8 @@
 """Identification as published: a genetic algorithm over the whole box, then tabu search from its best.
 
-References
-----------
-Xiong, Yang, Wang 2015. Eq. (7): the fitness is the sum of the error distances of all poses, with orientations as
-roll, pitch, yaw; how a distance joins millimetres and angles is lost in the text at hand and ours: see `PoseFitness`.
+References: Xiong, Yang, Wang 2015. Eq. (7): the fitness is the sum of the error distances of all poses, with
+orientations as roll, pitch, yaw; how a distance joins millimetres and angles is lost in the text at hand and ours: see
+`PoseFitness`.
 """
 
 from __future__ import annotations

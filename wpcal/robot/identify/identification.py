@@ -134,13 +134,10 @@ def identify_arm(
     `test`: shape (N,), optional. Rows to keep back; two sevenths of the poses drawn with the seed unless given, or
     unless `folds` is set.
 
-    Raises
-    ------
-    GeometryError : When there are too few poses for the parameters that they determine.
-    InputError
-        When a position is out of the arm's reach, orientations are given in another convention, or options exclude each
-        other.
-    UnitError : When positions or angles are in another unit.
+    Raises `GeometryError` when there are too few poses for the parameters that they determine.
+    Raises `InputError` when a position is out of the arm's reach, orientations are given in another convention, or
+    options exclude each other.
+    Raises `UnitError` when positions or angles are in another unit.
     """
     o = options or IdentifyOptions()
     nominal = arm.as_nominal()

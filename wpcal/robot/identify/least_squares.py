@@ -105,8 +105,6 @@ def solve_least_squares(
     `expected`: Expected errors τ of a length (mm) and of an angle (rad) of a link; without them any change is as
     likely.
 
-    Notes
-    -----
     The rank is decided at the start, where parallel axes are exactly parallel. At an estimate close by, a meaningless
     direction would count as determined.
     """
@@ -196,9 +194,8 @@ def clustered_covariance(
     `r`: shape (M,). Whitened.
     Returns `covariance`: ndarray, shape (m, m).
 
-    References
-    ----------
-    Bell, McCaffrey (2002), Bias reduction in standard errors for linear regression with multi-stage samples: CR3.
+    References: Bell, McCaffrey (2002), Bias reduction in standard errors for linear regression with multi-stage
+    samples: CR3.
     """
     block = np.repeat(observations.poses, len(r) // len(observations))
     Q, upper, norms = prior.split(J)

@@ -1,9 +1,8 @@
 """Which poses to measure: the set that sees every parameter best, out of candidates all over the workspace.
 
-References
-----------
-Borm, Menq 1991, Determination of optimal measurement configurations for robot calibration based on observability
-measure: O1, the geometric mean of the singular values. Mitchell 1974, DETMAX: exchange of points of a design.
+References: Borm, Menq 1991, Determination of optimal measurement configurations for robot calibration based on
+observability measure: O1, the geometric mean of the singular values. Mitchell 1974, DETMAX: exchange of points of a
+design.
 """
 
 from __future__ import annotations
@@ -81,10 +80,8 @@ def plan_poses(
 
     Raises `InputError` when there are fewer poses than the parameters need, or too few candidates above the height.
 
-    Notes
-    -----
-    Chosen for the largest determinant of the information matrix (O1 to a power): first greedily, then by exchanges.
-    It does not matter for this choice in which units the parameters are.
+    Chosen for the largest determinant of the information matrix (O1 to a power): first greedily, then by exchanges. It
+    does not matter for this choice in which units the parameters are.
     """
     joints = _candidates(arm, rng, above_mm, count)
     model = KinematicModel(arm.chain)

@@ -14,7 +14,7 @@ from wpcal.core.numbers import parse_numbers, parse_whole_number
 from wpcal.core.orientation_columns import ANGLE_COLUMNS, QUATERNION_COLUMNS, orientations_of_table
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
-from wpcal.core.rotations import rotation_from_zyx, zyx_angles
+from wpcal.core.rotations import rotation_from_zyx, rx_ry_rz_deg
 from wpcal.core.tables import Table, read_table
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.observations import PoseObservations
@@ -35,13 +35,10 @@ def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None
 
     Returns `test`: ndarray of bool, shape (N,), or None. Rows of the set ``test``; None where the file does not say.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError
-        When columns are missing, a cell is not a finite number, a quaternion does not have length
-        one, a joint is beyond its limits, two rows are one pose, or both forms of an orientation are there.
-    UnitError : When the joint angles look like radians.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when columns are missing, a cell is not a finite number, a quaternion does not have length one,
+    a joint is beyond its limits, two rows are one pose, or both forms of an orientation are there.
+    Raises `UnitError` when the joint angles look like radians.
     """
     table = read_table(path)
     joints = read_joints(table, arm)
@@ -149,7 +146,7 @@ def corrected_table(
     columns: tuple[str, ...] = ()
     angles: FloatArray = np.empty((len(names), 0))
     if postures is not None and not {*ANGLE_COLUMNS, *QUATERNION_COLUMNS} & set(rest):
-        columns, angles = ANGLE_COLUMNS, np.rad2deg(zyx_angles(postures)).round(4) + 0.0
+        columns, angles = ANGLE_COLUMNS, rx_ry_rz_deg(postures)
     bias = {"tcp_bias_mm": f"{tcp_bias_mm:.6f}"} if tcp_bias_mm else {}
     rows = [["name", *POSITION_COLUMNS, "robot_space", *bias, *columns, *rest]]
     for name, point, turn, cells in zip(names, points, angles, others, strict=True):

@@ -36,8 +36,6 @@ def find_arm(name_or_path: str) -> Arm:
     Raises `InputError` when it is neither a shipped name nor a file; the message lists the names.
     Raises `FormatError` when the file breaks the format.
 
-    Notes
-    -----
     A URDF file knows no couplings of joints: a J3 that is shown against the horizontal is then counted as the elbow
     turns.
     """

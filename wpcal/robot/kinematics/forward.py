@@ -193,12 +193,8 @@ def forward_kinematics(chain: MDHChain, theta: ArrayLike) -> FloatArray:
 
     `theta`: shape (N, n). Joint angles of the model without its offsets, rad.
 
-    References
-    ----------
-    Xiong, Yang, Wang 2015, eq. (1) to (3).
+    References: Xiong, Yang, Wang 2015, eq. (1) to (3).
 
-    Examples
-    --------
     A planar arm of two links, stretched out and then bent by a quarter turn:
 
     >>> arm = MDHChain([0, 0], [0, 0], [400, 300], [0, 0], [0, 0], (True, False))

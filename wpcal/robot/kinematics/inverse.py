@@ -199,9 +199,8 @@ def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> Float
     `T_base_flange`: shape (N, 4, 4).
     `near`: shape (n,) or (N, n). Shown angles, rad.
 
-    Raises
-    ------
-    GeometryError : When a pose is out of reach or all its solutions break a limit: which pose, and which of the two.
+    Raises `GeometryError` when a pose is out of reach or all its solutions break a limit: which pose, and which of the
+    two.
     """
     solutions = solve_inverse(arm, T_base_flange)
     target = np.broadcast_to(np.asarray(near, dtype=np.float64), (len(solutions.joints), len(arm.joints)))[:, None]
@@ -320,11 +319,8 @@ def posture(arm: Arm, joints: ArrayLike) -> Posture:
 
     `joints`: shape (N, 6). Shown angles, rad.
 
-    Raises
-    ------
-    GeometryError
-        When the arm has no spherical wrist, or does not reach along the base's x axis at joint 1 = 0: which side is its
-        front is then not known.
+    Raises `GeometryError` when the arm has no spherical wrist, or does not reach along the base's x axis at joint 1 =
+    0: which side is its front is then not known.
     """
     q = np.asarray(joints, dtype=np.float64)
     nominal = arm.as_nominal()

@@ -10,10 +10,8 @@ An arm is a product of turns about the axes that it has at zero, ``T = e1 e2 e3 
   collaborative robot). They are bracketed on a grid, pairs of them around turning points too, and polished by Newton
   steps (`wpcal.robot.kinematics.inverse`).
 
-References
-----------
-Paden, Kahan: subproblems of turns, in Murray, Li, Sastry, A mathematical introduction to robotic manipulation, 1994,
-§3.3.
+References: Paden, Kahan: subproblems of turns, in Murray, Li, Sastry, A mathematical introduction to robotic
+manipulation, 1994, §3.3.
 """
 
 from __future__ import annotations

@@ -4,10 +4,8 @@ Most welding robots belong here: axis 2 normal to axis 1, axis 3 parallel to axi
 point at right angles. The geometry is read off a chain's axes, whatever its signs and offsets, so that the arm's
 Denavit-Hartenberg numbers are the only ones kept.
 
-References
-----------
-Brandstötter, Angerer, Hofbaur 2014, An analytical solution of the inverse kinematics problem of industrial serial
-manipulators with an ortho-parallel basis and a spherical wrist. The seven lengths have its names; the angles are
+References: Brandstötter, Angerer, Hofbaur 2014, An analytical solution of the inverse kinematics problem of industrial
+serial manipulators with an ortho-parallel basis and a spherical wrist. The seven lengths have its names; the angles are
 found through sines and cosines of one another, which keeps the answer at round-off next to stretched elbows and
 straight wrists, where the printed arc cosines lose half of the digits.
 """
@@ -162,8 +160,6 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: fl
     arm does not reach. Branch number: 4 for the shoulder turned back, plus 2 for the other elbow, plus 1 for the
     flipped wrist.
 
-    Notes
-    -----
     At a straight wrist only the sum of θ4 and θ6 is defined; both are finite and the pose is met.
     """
     T = np.asarray(T_base_flange, dtype=np.float64)

@@ -3,9 +3,7 @@
 A URDF states each joint by an origin and an axis. The links here are found from the axes as lines alone, so the result
 does not depend on where the file puts its frames; parallel neighbours get Hayati's link.
 
-References
-----------
-Hayati 1983, Robot arm geometric link parameter estimation, for links with parallel axes.
+References: Hayati 1983, Robot arm geometric link parameter estimation, for links with parallel axes.
 """
 
 from __future__ import annotations
@@ -55,10 +53,9 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
     `base_link`: Link whose frame becomes `base`; unless given, the link ``base`` where there is one (by convention of
     the ROS-Industrial packages the controller's own base frame), else the root.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it is not a URDF file, branches, or has a joint on the way that is neither revolute nor fixed.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not a URDF file, branches, or has a joint on the way that is neither revolute nor
+    fixed.
     """
     root = urdf_root(path)
     try:

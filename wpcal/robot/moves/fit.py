@@ -121,8 +121,6 @@ def fit_moves(
     Returns MovePath. Its first pose is the first of the path. Its last is the last of the path; with a free spin it may
     be turned about the wire.
 
-    Notes
-    -----
     The path with one line for each step is always allowed: a step that no allowed move covers becomes a line, and
     `off_mm`, `off_rad` say how far it is from the path.
     """

@@ -41,11 +41,9 @@ def shipped_torches() -> tuple[ShippedTorch, ...]:
 def find_torch(name_or_path: str) -> TorchShape:
     """Return a shipped torch by name (``robot-22``), or read a torch file.
 
-    Raises
-    ------
-    InputError
-        If it is neither a shipped name nor a file, or its sizes are not those of a torch. The message lists the names.
-    FormatError : If the file breaks the format.
+    Raises `InputError` if it is neither a shipped name nor a file, or its sizes are not those of a torch. The message
+    lists the names.
+    Raises `FormatError` if the file breaks the format.
     """
     shipped = {torch.shape.name: torch.shape for torch in shipped_torches()}
     if name_or_path in shipped:

@@ -59,8 +59,6 @@ def find_edge_contacts(
     Returns: EdgeContacts. Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the
     face.
 
-    Notes
-    -----
     Cost: the number of pairs whose boxes meet, times `CONTACT_SAMPLES` points, in array operations.
     """
     edge, face = candidate_pairs(graph, trimmed, gap_mm) if pairs is None else pairs

@@ -23,8 +23,6 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
 
     Returns ndarray of int, shape (k, 2). Numbers of solids, the smaller first, sorted.
 
-    Notes
-    -----
     Edges that close a face onto itself are included: of two crossing pipes, only these edges pierce the other wall.
     """
     edge, face = candidate_pairs(graph, trimmed, 0.0, seam_edges=True)

@@ -68,8 +68,6 @@ def find_poses_in_material(
     `more_mm`: shape (n,). How far beyond its length the torch is felt: it comes and goes along the wire.
     `bend`: shape (n, 3). Unit directions towards which the neck bends. None: neck and body are not felt.
 
-    Notes
-    -----
     Triangles are felt by the whole tubes of wire and nozzle; they are within their deflection of the part, and so is
     the answer. Exact faces are felt by lines in the tubes; what is narrower than the distance of two lines
     (`wpcal.brep.tubes.LINES_MM`) can be missed. A solid around the whole torch is found at the tip.

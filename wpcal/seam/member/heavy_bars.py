@@ -89,8 +89,6 @@ def why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solids: Iterable[int]) -
 def find_bar(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Bar | None:
     """Return the section of a solid whose surface is mostly plane; None for another one.
 
-    Notes
-    -----
     The thickness is felt through the material, so that a ring of one section, such as the frame of a window, is a bar.
     """
     own = np.flatnonzero(graph.face_solid == solid)

@@ -66,8 +66,6 @@ class _Word:
 def fold(text: str) -> str:
     """Return a text as words in lower case without accents, separated by single blanks.
 
-    Examples
-    --------
     >>> fold("HexNut_M8 (verzinkt)"), fold("Unterlegscheibe-Größe 2")
     ('hex nut m8 verzinkt', 'unterlegscheibe grosse 2')
     """
@@ -80,8 +78,6 @@ def fold(text: str) -> str:
 def read_name(name: str) -> tuple[Hit, ...]:
     """Return what a name says: the thing first, then the material.
 
-    Examples
-    --------
     >>> [hit.kind.name for hit in read_name("flange bolt M8")], read_name("bolt flange")
     (['FASTENER'], ())
     >>> [(hit.kind.name, hit.word) for hit in read_name("Sechskantmutter DIN 934")]
@@ -108,8 +104,6 @@ def read_name(name: str) -> tuple[Hit, ...]:
 def read_material(text: str) -> Hit | None:
     """Return what a material is, from its name as a file writes it; None if no word is known.
 
-    Examples
-    --------
     >>> read_material("S355J2+N").kind.value, read_material("Birke Sperrholz 12 mm").kind.value, read_material("X")
     ('steel', 'wood', None)
     """

@@ -127,8 +127,6 @@ def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, mo
 
     `face_body`: shape (F,). The body of every face; -1: it does not move.
 
-    Notes
-    -----
     All frames of all seams are moved at once. Where the same seams are moved again and again, `StillSeams` keeps what
     the motions do not change.
     """

@@ -67,8 +67,6 @@ def weld_slope(tangent: ArrayLike, up: ArrayLike = UP) -> FloatArray:
     `tangent`: shape (..., 3). Unit directions of travel.
     `up`: shape (3,). Unit vector against gravity, in the same frame.
 
-    Examples
-    --------
     A vertical-up weld:
 
     >>> float(np.degrees(weld_slope([0, 0, 1])).round(3))
@@ -85,8 +83,6 @@ def weld_rotation(tangent: ArrayLike, outward: ArrayLike, up: ArrayLike = UP) ->
     `up`: shape (3,). Unit vector against gravity, in the same frame.
     Returns ndarray, shape (...).
 
-    Examples
-    --------
     A fillet on a horizontal plate, bisector leaning 45 degrees:
 
     >>> half = 2**-0.5

@@ -29,8 +29,6 @@ def limit_turn(
     `turn_rad`: Largest angle of the rotation between neighbouring frames, rad.
     Returns `frames`: SeamFrames. At these stations.
 
-    Notes
-    -----
     At a kink between two pieces the frame turns at one point, and more points do not help. So the turn is measured from
     a station to the end of its own piece.
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -22,14 +23,15 @@ from wpcal.core.records import parse_json
 
 SUMMARY, SUMMARY_SCHEMA = "summary.jsonl", "wpcal/job-summary/1"
 CALIBRATION, CALIBRATION_SCHEMA = "calibration.json", "wpcal/calibration/1"
-USED = ("schema", "inputs", "T_base_part", "points", "suspect")  #: Fields of a calibration that are read.
-NEEDED = USED[:-1]
+USED = ("schema", "inputs", "T_base_part", "points", "suspect", "touches")  #: Fields of a calibration that are read.
+NEEDED = USED[:-2]
+UNKNOWN = [math.nan] * 3
 MOST_CALIBRATION_MB = 16.0
 MOST = 0.8  #: Points in this share of the jobs are the usual ones: a few jobs on others must not hide how these change.
 _DECODER = json.JSONDecoder()
 SUMMARY_FIELDS = ("job", "when", "verdict", "worst_seam_error_mm")
 READ_OF_SUMMARY = frozenset({"schema", *SUMMARY_FIELDS, "error"})
-READ_OF_POINT = ("name", "p_part_mm", "residual_mm")
+READ_OF_POINT = ("name", "p_part_mm", "residual_mm", "rx_ry_rz_deg")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,9 @@ class PartJobs:
     suspected: FloatArray  #: In how many jobs the calibration names the point as wrong.
     left_out: tuple[str, ...] = ()  #: Points that are not in all jobs.
     on_others: tuple[str, ...] = ()  #: Jobs that are left out, because they lack points that most jobs have.
+    #: shape (n, p, 3). Angles (z, y, x) of the tool at each point in `base`, rad; NaN where they are not known, and in
+    #: jobs with touches on faces.
+    angles: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +144,7 @@ def _read_job(folder: Path, line: dict[str, Any]) -> _Job:
     if record.get("schema") != CALIBRATION_SCHEMA:
         raise FormatError(f"{path}: is not a calibration: expected the schema {CALIBRATION_SCHEMA}")
     with suppress(KeyError, TypeError):  # the whole is checked then: it says what is wrong
-        record["points"] = [{name: each[name] for name in READ_OF_POINT} for each in record["points"]]
+        record["points"] = [{name: each[name] for name in READ_OF_POINT if name in each} for each in record["points"]]
     check_record(record, CALIBRATION_SCHEMA, path=str(path))
     try:
         part = record["inputs"]["part"]
@@ -149,11 +154,16 @@ def _read_job(folder: Path, line: dict[str, Any]) -> _Job:
             seam_error_mm=np.nan if line["worst_seam_error_mm"] is None else line["worst_seam_error_mm"],
             part=(part["file"], part["sha256"] or ""),
             T_base_part=record["T_base_part"],
-            points={each["name"]: [each["p_part_mm"], each["residual_mm"]] for each in record["points"]},
+            points={each["name"]: _numbers(each, "touches" in record) for each in record["points"]},
             suspected=tuple(map(sys.intern, (record.get("suspect") or {"names": ()})["names"])),
         )
     except KeyError as missing:
         raise FormatError(f"{path}: has no {missing.args[0]}") from None
+
+
+def _numbers(point: dict[str, Any], has_faces: bool) -> list[list[float]]:
+    angles = UNKNOWN if has_faces else point.get("rx_ry_rz_deg", UNKNOWN)
+    return [point["p_part_mm"], point["residual_mm"], angles]
 
 
 def _used_fields(raw: bytes, path: str) -> dict[str, Any]:
@@ -189,7 +199,7 @@ def _arrays(part: tuple[str, str], jobs: list[_Job]) -> PartJobs:
     points = tuple(name for name in jobs[0].points if name in common)
     others = dict.fromkeys(name for job in jobs for name in job.points if name not in common)
     both = np.array([[job.points[name] for name in points] for job in jobs], dtype=float)
-    both = both.reshape(len(jobs), len(points), 2, 3)
+    both = both.reshape(len(jobs), len(points), 3, 3)
     suspects = [name for job in jobs for name in job.suspected]
     return PartJobs(
         file=part[0],
@@ -205,6 +215,7 @@ def _arrays(part: tuple[str, str], jobs: list[_Job]) -> PartJobs:
         suspected=np.array([suspects.count(name) for name in points], dtype=float),
         left_out=tuple(others),
         on_others=on_others,
+        angles=np.deg2rad(both[:, :, 2, ::-1]),
     )
 
 

@@ -3,20 +3,24 @@ r"""What earlier jobs in a cell tell of the touches and of the robot: a small fi
 The error of a touch differs from job to job, the robot's own error at a place does not. The scatter of each residual
 about its median over the jobs is therefore the teaching error, and the medians are what a rigid fit leaves of the
 robot's smooth error (and of a model that differs from the part). Their likelihood, with the prior of the class of
-uncalibrated six-axis arms, gives amplitude and length; few jobs or points leave nearly the prior.
+uncalibrated six-axis arms, gives amplitude and length; few jobs or points leave nearly the prior. Where the rows say
+how the tool was turned, the residuals of each job tell of its stick-out and of its tool centre point.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from wpcal.calibrate.errors.prediction import Sigma
-from wpcal.calibrate.errors.robot_field import FieldOrigin, ResidualRows, RobotField, evidence_of
+from wpcal.calibrate.errors.prediction import Sigma, ToolError
+from wpcal.calibrate.errors.robot_field import FieldOrigin, ResidualRows, RobotField, correlation, evidence_of
+from wpcal.calibrate.trust.tool_offset import LEAST_SEEN
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian
 from wpcal.study.drift.jobs import PartJobs
@@ -24,6 +28,9 @@ from wpcal.study.drift.jobs import PartJobs
 CELL_ERRORS_SCHEMA = "wpcal/cell-errors/1"
 LEAST_JOBS = 8  #: Of one part: the scatter of fewer is known to a third at best.
 LEAST_POINTS = 3
+LEAST_POSED = 4  #: Three points leave three numbers, as many as the tool has.
+TOOL_ERRORS_MM = np.geomspace(0.03, 3.0, 24)  #: Standard deviations of the tool that are weighed.
+MOST_SQUARE = 20.0  #: A job that is further off, by its normalised square, has a blunder, and counts as this far.
 NORMAL_MAD = 1.4826  #: Standard deviation over the median distance from the median, of normal errors.
 
 
@@ -34,6 +41,7 @@ class CellErrors:
     sigma_mm: float  #: Standard deviation per axis of a touch.
     field: RobotField
     jobs: int  #: How many were used.
+    tool: ToolError | None = None  #: None where too few jobs say how the tool was turned, or turned it too little.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -43,6 +51,7 @@ class CellErrors:
             "jobs": self.jobs,
             "sigma_mm": self.sigma_mm,
             "error_field": {"nominal": field, "identified": None},
+            **({} if self.tool is None else {"tool": self.tool.to_record()}),
         }
 
 
@@ -76,4 +85,40 @@ def pool_jobs(parts: Sequence[PartJobs]) -> CellErrors:
     a2 = np.sum(nodes.weighed(np.sum(logs, axis=0)) * nodes.amplitudes_mm**2, axis=(1, 2))
     total = float(a2.sum())
     length = float(nodes.lengths_mm @ a2 / total) if total else float(nodes.lengths_mm.mean())
-    return CellErrors(sigma, RobotField(math.sqrt(total), length, FieldOrigin.POOLED), weight)
+    field = RobotField(math.sqrt(total), length, FieldOrigin.POOLED)
+    return CellErrors(sigma, field, weight, _pooled_tool(used, sigma, field))
+
+
+def _pooled_tool(parts: Sequence[PartJobs], sigma_mm: float, field: RobotField) -> ToolError | None:
+    """Weigh errors of the tool by what the residuals of each job tell: with a log-even prior, and without blunders."""
+    seen = [each for part in parts for each in _seen_of_tool(part, sigma_mm, field)]
+    if len(seen) < LEAST_JOBS:
+        return None
+    side2, along2 = (each.ravel()[:, None] ** 2 for each in np.meshgrid(TOOL_ERRORS_MM, TOOL_ERRORS_MM))
+    prior = np.concatenate([side2, side2, along2], axis=1)
+    log = np.zeros(len(prior))
+    for y, S, own in seen:
+        V = own + np.einsum("ij,gj,kj->gik", S, prior, S)
+        drawn = np.einsum("i,gij,j->g", y, np.linalg.inv(V), y)
+        log -= 0.5 * (np.linalg.slogdet(V)[1] + np.minimum(drawn, MOST_SQUARE))
+    weight = np.exp(log - log.max())
+    side, along = (math.sqrt(float(weight @ each[:, 0] / weight.sum())) for each in (side2, along2))
+    return ToolError(side, along)
+
+
+def _seen_of_tool(part: PartJobs, sigma_mm: float, field: RobotField) -> Iterator[tuple[FloatArray, ...]]:
+    """Yield for each job what residuals show along errors of the tool, (k,), what these do, (k, 3), and their noise."""
+    if part.angles is None:
+        return
+    for T, left, angles in zip(part.T_base_part, part.residuals, part.angles, strict=True):
+        if np.isnan(angles).any() or len(angles) < LEAST_POSED:
+            continue
+        places = part.places @ T[:3, :3].T
+        turned = Rotation.from_euler("ZYX", angles).as_matrix().reshape(-1, 3)
+        Q = np.linalg.qr(point_jacobian(places - places.mean(axis=0)).reshape(-1, 6))[0]
+        U, S, Vt = np.linalg.svd(turned - Q @ (Q.T @ turned), full_matrices=False)
+        k = int(np.count_nonzero(LEAST_SEEN * math.sqrt(len(angles)) <= S))
+        if k:
+            smooth = np.kron(correlation(places, places, field.length_mm), np.eye(3))
+            own = sigma_mm**2 * np.eye(k) + field.amplitude_mm**2 * U[:, :k].T @ smooth @ U[:, :k]
+            yield U[:, :k].T @ left.ravel(), S[:k, None] * Vt[:k], own

@@ -1,12 +1,15 @@
 """What earlier jobs of a cell tell of its touches and of its robot."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from wpcal.calibrate import fit_least_squares
+from wpcal.calibrate.errors.prediction import ToolError
 from wpcal.calibrate.errors.robot_field import FieldOrigin, RobotField, correlation
 from wpcal.core import InputError, PointPairs
 from wpcal.core.record_check import check_record
@@ -44,10 +47,31 @@ def test_scatter_is_the_touch_and_what_stays_is_the_robot() -> None:
     assert 0.35 < of_rough < 0.8
 
 
+@pytest.mark.parametrize("tilt_deg", [30.0, 0.0])
+def test_a_tool_that_varies_from_job_to_job_is_told_where_the_postures_show_it(tilt_deg: float) -> None:
+    jobs, rng = jobs_of_a_robot(0.2, 3), np.random.default_rng(3)
+    angles = np.radians(tilt_deg) * rng.normal(size=(JOBS, 8, 3))
+    off = rng.normal(size=(JOBS, 1, 3)) * [0.1, 0.1, 0.6]
+    moved = [jobs.residuals[k] + Rotation.from_euler("ZYX", angles[k]).apply(off[k, 0]) for k in range(JOBS)]
+    found = pool_jobs([replace(jobs, residuals=np.array(moved), angles=angles)]).tool
+    if not tilt_deg:
+        assert found is None
+        return
+    assert found is not None
+    assert found.along_mm == pytest.approx(0.6, rel=0.35)
+    assert found.side_mm < 0.25
+
+
 def test_the_file_is_what_calibrate_takes(tmp_path: Path) -> None:
     found, path = pool_jobs([jobs_of_a_robot(0.3, 1)]), tmp_path / "cell.json"
     path.write_text(to_json(found.to_record()), encoding="utf-8")
     check_record(json.loads(path.read_text(encoding="utf-8")), CELL_ERRORS_SCHEMA, path=str(path))
     assert RobotField.read(str(path)) == found.field
+    with pytest.raises(InputError, match="a file in which jobs tell of the tool"):
+        ToolError.read(str(path))
+    told = replace(found, tool=ToolError(0.1, 0.5))
+    path.write_text(to_json(told.to_record()), encoding="utf-8")
+    check_record(json.loads(path.read_text(encoding="utf-8")), CELL_ERRORS_SCHEMA, path=str(path))
+    assert ToolError.read(str(path)) == told.tool == ToolError.read("0.1,0.5")
     with pytest.raises(InputError, match="8 jobs of one part"):
         pool_jobs([jobs_of_a_robot(0.3, 1, count=7)])
