@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.table import Table
@@ -80,7 +80,9 @@ def field_study(
         teaching=teaching,
         tolerance_mm=TOLERANCE_MM,
     )
-    return FieldStudy(study, sum(_joint(budget_of_design(p, known), seams) <= TOLERANCE_MM for p in sets))
+    budgets = (budget_of_design(p, known) for p in sets)
+    oracles = (replace(each, scale=max(scale, each.scale)) for each in budgets)
+    return FieldStudy(study, sum(_joint(each, seams) <= TOLERANCE_MM for each in oracles))
 
 
 def tool_study(part: str, n: int, tool: ToolError, *, tilt_deg: float, trials: int = TRIALS) -> VerdictStudy:

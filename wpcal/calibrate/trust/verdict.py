@@ -381,7 +381,7 @@ def bias_advice(teaching: TeachingError) -> tuple[Issue, ...]:
     off_mm = math.sqrt(float(np.trace(teaching.tool_covariance)))
     message = (
         f"a tool centre point off by {off_mm:.3g} mm leaves no residual while the torch keeps its posture; "
-        "the predicted errors allow for a weld a quarter turn away. Touch in the posture in which the tool centre "
+        "the predicted errors allow for a weld in another posture. Touch in the posture in which the tool centre "
         "point was calibrated (Yin 2003, section 3)"
     )
     return (Issue("tcp-bias", message),)
