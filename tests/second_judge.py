@@ -312,7 +312,7 @@ def _along(a: Array, via: Array | None, b: Array) -> Iterator[Array]:
 
 SAME_MM = 1e-6  #: Ends of stretches that meet.
 ARMS = ("irb1600_6_12", "irb2600_12_165", "ma2010", "kr5_arc")
-FIXED = ("tee", "lap", "frame", "saddle")
+FIXED, BRACKETS = ("tee", "lap", "frame", "saddle"), 8  #: Parts, and how many brackets beside them.
 
 
 class Row(NamedTuple):
@@ -380,30 +380,33 @@ def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[st
         yield Row(part, arm, name, sum(map(len, routines)), contacts)
 
 
-def main() -> None:
-    """Print the table."""
+def result_for(part: str | int, folder: Path) -> Path:
+    """Return the result of a part of the fixtures, or of the bracket of a seed."""
     from tests.judgements import calibrated
     from tests.samples.brackets import write_bracket
     from tests.whole_table import result_of
 
+    return result_of(part, folder) if isinstance(part, str) else calibrated(write_bracket(part, folder), folder)[0]
+
+
+def main() -> None:
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--brackets", type=int, default=9)
+    parser.add_argument("--brackets", type=int, default=BRACKETS)
     parser.add_argument("--arms", default=",".join(ARMS))
     parser.add_argument("--parts", default=",".join(FIXED))
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         base = Path(temporary)
-        results = {part: result_of(part, base) for part in given.parts.split(",") if part}
-        for seed in range(given.brackets):
-            own = base / f"b{seed}"
-            own.mkdir()
-            results[f"bracket{seed}"], _ = calibrated(write_bracket(seed, own), own)
         count: Counter[str] = Counter()
-        for part, result in results.items():
+        for part in [*filter(None, given.parts.split(",")), *range(given.brackets)]:
+            made = base / str(part)
+            made.mkdir()
+            result = result_for(part, made)
             for arm in given.arms.split(","):
                 own = base / f"{part}-{arm}"
                 own.mkdir()
-                for row in rows_of(part, arm, result, own, tuple(READERS)):
+                for row in rows_of(str(part), arm, result, own, tuple(READERS)):
                     count["refused" if row.refused else "contact" if row.contacts else "free"] += 1
                     count["moves"] += row.moves
                     print(row, flush=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cluttered_cells import ROBOTS
-from tests.second_judge import ARMS, FIXED, READERS, Planned, planned, rows_of
+from tests.second_judge import ARMS, BRACKETS, FIXED, READERS, Planned, planned, result_for, rows_of
 from tests.whole_table import result_of
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -41,7 +41,7 @@ def test_a_program_without_its_retracts_is_found(tee: Planned) -> None:
 
 @pytest.mark.deep
 @pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("part", FIXED)
-def test_no_program_of_any_arm_touches_anything(part: str, arm: str, tmp_path: Path) -> None:
-    for row in rows_of(part, arm, result_of(part, tmp_path), tmp_path, tuple(READERS)):
+@pytest.mark.parametrize("part", [*FIXED, *range(BRACKETS)])
+def test_no_program_of_any_arm_touches_anything(part: str | int, arm: str, tmp_path: Path) -> None:
+    for row in rows_of(str(part), arm, result_for(part, tmp_path), tmp_path, tuple(READERS)):
         assert row.contacts == (), row
