@@ -114,7 +114,7 @@ def plan(
         if part is not None:
             raise click.UsageError("--part is for one robot: the bodies of a held part are in its cell file")
         request = TwoRobotRequest(
-            cell, seams_json, output, joints, weld(), targets().speed_mm_s, prefer, genetic.asked(), programs
+            cell_json, cell, seams_json, output, joints, weld(), targets().speed_mm_s, prefer, genetic.asked(), programs
         )
         return run_seams_of_two_robots(request, seam, force=force, as_json=as_json)
     from wpcal.cli.plan_sequence import SequenceRequest, run_sequence

@@ -106,7 +106,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
         "plan.html": build_sequence_page(choice, line, part_glb=given.part_glb),
     }
     folders = {INPUT: inputs, **found.files}
-    _write(output, files, folders, force=force)
+    write_folder(output, files, folders, force=force)
     if as_json:
         click.echo(files["plan.json"], nl=False)
     else:
@@ -152,7 +152,7 @@ def _say_notes(choice: SequenceChoice, given: SequenceInput, found: WrittenPlan,
         click.echo(f"wpcal: {note}", err=True)
 
 
-def _write(
+def write_folder(
     output: Path, files: Mapping[str, str], folders: Mapping[str, Mapping[str, str | bytes]], *, force: bool
 ) -> None:
     """Write the files of a plan, and the folders beside them."""

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 class TwoRobotRequest:
     """What is planned with two robots."""
 
+    cell_json: Path
     cell: Cell
     result: Path  #: ``seams.json``, or the folder with it.
     output: Path  #: The folder.
@@ -193,12 +194,14 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
 
     Raises `InputError` when a file cannot be used, or arc instructions are asked for without weld data.
     """
+    from wpcal.brep.material import TriangleMaterial
+    from wpcal.brep.mesh_glb import read_part_glb
     from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.core.transform import RigidTransform
     from wpcal.planning.plan.seam_file import read_held_seams
     from wpcal.seam.path.position import weld_positions
 
-    cell = asked.cell
+    cell, mesh = asked.cell, _read_mesh(asked.seams_json)
     seams = read_held_seams(asked.seams_json, cell)
     seam, position = seams[name], "-"
     if plan is not None:
@@ -207,12 +210,13 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
     welds, arc = asked.programs.arc.read(
         list(seams.values()),
         RigidTransform.identity(target="base", source="part"),
-        part_glb=_read_mesh(asked.seams_json),
+        part_glb=mesh,
         names={seam.name},
         positions={} if position == "-" else {seam.name: (position, "plan.json")},
     )
     weld = None if welds is None else welds[seam.name]
-    return HeldWeld(seam=seam, tolerance=asked.programs.path.fitted, weld=weld, arc=arc)
+    part = None if mesh is None else TriangleMaterial.of(read_part_glb(mesh))
+    return HeldWeld(seam=seam, tolerance=asked.programs.path.fitted, weld=weld, arc=arc, part=part)
 
 
 def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
@@ -230,7 +234,7 @@ def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
     if asked.joints:
         program = build_sync_program(run, cell, controller=settings)
         files, refusals = possible_programs(program, names)
-        require_in_step(files, program, cell)
+        require_in_step(files, program, cell, held.part)
         return Programs(files, tuple(refusals))
     files, refusals, motions = possible_coordinated(run, cell, held, controller=settings, languages=names)
     return Programs(files, tuple(refusals), motions)
@@ -267,14 +271,16 @@ def _read_mesh(seams_json: Path) -> bytes | None:
 
 def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *, force: bool, as_json: bool) -> int:
     from wpcal.cli.console import plain_console
+    from wpcal.cli.plan_sequence import write_folder
     from wpcal.cli.plan_tables import show_plans
-    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.core.records import to_json
     from wpcal.pages.plan import MethodFront, build_plan_page
     from wpcal.planning.plan.plan import CollisionVerdict, schedule_plan
     from wpcal.planning.plan.run import build_run
     from wpcal.planning.plan.run_record import run_csv, run_record
     from wpcal.planning.search.objectives import OBJECTIVES
     from wpcal.planning.search.pareto import pareto_record
+    from wpcal.planning.sequence.kept_plan import INPUT, input_files, with_digest
 
     cell, preference = result.problem.cell, asked.preference
     plans, chosen = result.front.plans, result.front.chosen(preference)
@@ -284,18 +290,18 @@ def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *
     runs = [build_run(one, cell, schedule_plan(one, cell, speed_mm_s=speed)) for one in plans]
     run = runs[chosen]
     programs = _programs(run, held, asked)
-    files = {"plan.json": to_json(run_record(run, cell, programs.motions)), "plan.csv": run_csv(run, cell)}
+    arc = asked.programs.arc
+    inputs = dict(input_files(asked.cell_json, asked.result, mesh, arc.welds, arc.rules.weld_rules))
+    record = with_digest(run_record(run, cell, programs.motions, inputs=inputs))
+    files = {"plan.json": to_json(record), "plan.csv": run_csv(run, cell)}
     groups = (("ladder", result.ladder), ("nsga2", result.genetic))
     fronts = [MethodFront(name, one.values, result.hypervolume_of(one)) for name, one in groups if one is not None]
     files["plan.html"] = build_plan_page(runs, cell, OBJECTIVES, chosen=chosen, fronts=fronts, part_glb=mesh)
     files |= programs.files
-    record = to_json(pareto_record(result, preference, runs, no_program=programs.refusals))
-    files["pareto.json"] = record
-    with new_directory(asked.output, overwrite=force) as folder:
-        for name, text in files.items():
-            write_file(folder / name, text, overwrite=True)
+    front = files["pareto.json"] = to_json(pareto_record(result, preference, runs, no_program=programs.refusals))
+    write_folder(asked.output, files, {INPUT: inputs}, force=force)
     if as_json:
-        click.echo(record, nl=False)
+        click.echo(front, nl=False)
     else:
         show_plans(result, preference, runs, plain_console())
         if not programs.motions:  # the programs are joint moves, or there are none

@@ -45,6 +45,10 @@ class CellRobot(Open):
         "K_j of Hou 2018, eq. 4. If not given, they are computed from the joints' speeds."
     )
     T_world_base: Frame
+    home_deg: Maybe[Six] = D(
+        "Joints at which programs start and end. If not given: of one robot zero, with joint 5 bent by 90 degrees; of "
+        "two robots the way to the first point is not swept."
+    )
     mounting_face_z_mm: Maybe[float] = D(
         "Height in world at which the arm is mounted, if that is not the floor. wpcal plan compares it with "
         "T_world_base and the arm's mount_mm."
@@ -61,9 +65,6 @@ class TorchRobot(CellRobot):
         "The torch whose bodies are in torch, as in seams.json. wpcal plan compares it with that of the seams."
     )
     torch: list[Shape] = D("Bodies in the frame tool.")
-    home_deg: Maybe[Six] = D(
-        "Of one robot: joints at which programs start and end. If not given: zero, with joint 5 bent by 90 degrees."
-    )
     rail: Maybe[Rail] = D("Of one robot: the base moves along this direction; T_world_base is its place at 0.")
 
 

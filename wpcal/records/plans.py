@@ -100,6 +100,8 @@ class Plan(Record):
     )
     points: Annotated[list[Point], Meta(min_length=2)]
     weld_s: NotNegative = D("Time of the weld from its first point to its last, s.")
+    made_from: Maybe[dict[str, str]] = D("SHA-256 of the files in input, from which the plan was made.")
+    digest: Maybe[str] = D("SHA-256 of all else in this record.")
 
 
 class Obstacle(Record):

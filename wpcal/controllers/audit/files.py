@@ -24,7 +24,7 @@ from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
 from wpcal.controllers.audit.touches import executed_touch_faults, is_touch_program, touch_faults
-from wpcal.controllers.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
+from wpcal.controllers.audit.two_robots import CHECKED, SWEPT, is_of_two_robots, swept_faults, two_robot_faults
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.registry import Controller, controller_of_program, grammar_of_file
 from wpcal.core.arrays import FloatArray
@@ -99,6 +99,7 @@ class _Audit:
         self.of_folder: dict[Path, Surroundings] = {}
         self.refused: dict[Path, Fault] = {}
         self.of_programs: dict[tuple[Path, str], dict[str, list[Fault]]] = {}
+        self.in_step: dict[tuple[Path, str], list[tuple[str, Fault]] | None] = {}
 
     def file(self, path: Path) -> FileAudit | None:
         """Audit one file; None for a kind that wpcal does not know."""
@@ -132,7 +133,10 @@ class _Audit:
         raw, suffix, output = read_bytes(path), path.suffix.lower(), self.around.arc_output
         if is_of_two_robots(raw, path):
             faults = two_robot_faults(raw, path, output)
-            return FileAudit(str(path), f"program of two robots ({suffix})", tuple(faults), CHECKED)
+            swept = None if faults else self._in_step(path)
+            faults += [] if swept is None else [fault for file, fault in swept if file == path.name]
+            kind = f"program of two robots ({suffix})"
+            return FileAudit(str(path), kind, tuple(faults), CHECKED if swept is None else SWEPT)
         if is_touch_program(raw, path):
             faults = touch_faults(raw, path) or self._touches_of(path).get(path.name, [])
             return FileAudit(str(path), f"touch program ({suffix})", tuple(faults), TOUCHES_CHECKED)
@@ -165,6 +169,16 @@ class _Audit:
             _add(found, arc_faults_of(trace))
             self.of_programs[key] = found
         return self.of_programs[key]
+
+    def _in_step(self, path: Path) -> list[tuple[str, Fault]] | None:
+        """Return the files and faults that show when the programs of two robots beside a file are swept together."""
+        controller = controller_of_program(path)
+        if controller is None or controller.run is None:
+            return None
+        key = path.parent, controller.name
+        if key not in self.in_step:
+            self.in_step[key] = swept_faults(path.parent, _files_beside(path, controller, in_step=True))
+        return self.in_step[key]
 
     def _touches_of(self, path: Path) -> dict[str, list[Fault]]:
         """Return the faults that show when the touch programs beside a file are executed."""
@@ -221,13 +235,13 @@ class _Audit:
         return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, seams=p)
 
 
-def _files_beside(path: Path, controller: Controller) -> dict[str, bytes]:
-    """Return the programs of one language in the folder of a file, without those of two robots."""
+def _files_beside(path: Path, controller: Controller, *, in_step: bool = False) -> dict[str, bytes]:
+    """Return the programs of one language in the folder of a file: those of one robot, or of two."""
     return {
         each.name: data
         for each in sorted(path.parent.iterdir())
         if each.suffix.lower() in controller.program_suffixes and each.is_file()
-        if not is_of_two_robots(data := read_bytes(each), each)
+        if is_of_two_robots(data := read_bytes(each), each) == in_step
     }
 
 

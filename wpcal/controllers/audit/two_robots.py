@@ -1,7 +1,7 @@
 """Judge programs of two robots: both have the same marks, every move is one of both robots, and the arc burns.
 
-Positions are in the part that one robot holds, or of both robots. Without the cell they are not compared with the part
-or with the reach of an arm: the audit says so.
+Beside the plan both arms are swept together in its cell. Elsewhere positions are not compared with the part or with the
+reach of an arm: the audit says so.
 """
 
 from __future__ import annotations
@@ -11,18 +11,30 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, executed
 from wpcal.controllers.audit.read_back import require_grammar
+from wpcal.controllers.judge.execute import UNDECLARED, Files
+from wpcal.controllers.judge.in_step import in_step
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import grammar_of_file
-from wpcal.core.errors import WpcalError
+from wpcal.core.errors import ErrorCode, WpcalError
 from wpcal.core.input_file import read_bytes
+from wpcal.core.records import parse_json
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.plan.run_record import PLAN_SCHEMA
+from wpcal.planning.sequence.kept_plan import CELL_FILE, INPUT, PLAN_FILE, require_as_made
+from wpcal.planning.sequence.sequence_input import PART_FILE
 
 CHECKED = (
     "of two robots, or of a robot and its positioner: the same marks in both, moves of both, what they name, arc; "
     "NOT compared with the part or with the reach of an arm"
 )
+SWEPT = "of two robots: executed and swept together in the cell of the plan, with the wire and the held part"
 
 
 def is_of_two_robots(raw: bytes, path: Path) -> bool:
@@ -45,6 +57,27 @@ def two_robot_faults(raw: bytes, path: Path, output: int | None) -> list[Fault]:
         own += (Fault(what, line) for what, line in grammar.judge_step(lines, path)) if grammar.judge_step else ()
     trace, _ = executed({path.name: raw}, Surroundings(arc_output=output))
     return [*own, *(fault for _, fault in arc_faults_of(trace))]
+
+
+def swept_faults(folder: Path, files: Files) -> list[tuple[str, Fault]] | None:
+    """Return the files of programs in the folder of a plan, and their faults in its cell; None without such a plan.
+
+    Raises `InputError` when the plan, or what it was made from, was changed.
+    """
+    path, source = folder / PLAN_FILE, folder / INPUT
+    record = parse_json(read_bytes(path), path=str(path)) if path.is_file() else {}
+    if record.get("schema") != PLAN_SCHEMA or not record.get("made_from"):
+        return None
+    require_as_made(record, folder)
+    first, mesh = record["points"][0], source / PART_FILE
+    part = TriangleMaterial.of(read_part_glb(read_bytes(mesh))) if mesh.is_file() else None
+    start = np.radians([*first["robot1_deg"], *first["robot2_deg"]])
+    found = in_step(files, read_cell(source / CELL_FILE), start, tools=[UNDECLARED], part=part)
+    met = ((each.motion.place, each.what) for each in found.meetings())
+    return [
+        *((file, Fault(what, line)) for file, line, what in found.faults),
+        *((place.file, Fault(what, place.line, code=ErrorCode.POSE_IN_MATERIAL)) for place, what in met),
+    ]
 
 
 def _marks_of(lines: list[str], pattern: str) -> list[tuple[str, int]]:

@@ -74,9 +74,7 @@ class CellSweep:
 
     @cached_property
     def _air(self) -> MotionChecker:
-        """What checks moves by the joints: the wire is a body of the torch, but of two robots that weld so."""
-        if self.cell.has_two_robots:
-            return self._near
+        """What checks moves through the air: the wire is a body of the torch."""
         cell = with_wire(self._near.cell, 0.0, self.more_wire_mm)
         return MotionChecker(cell, CellClearance(cell, self.part, like=self._near.clearance))
 
@@ -118,25 +116,47 @@ class CellSweep:
                 yield Meeting(motion, "the arm does not get there in the branch in which it is")
             else:
                 legs.append((motion, states))
-        for (_, before), (motion, states), (after, behind) in zip(legs, legs[1:], legs[2:], strict=False):
+        for motion, states in legs[:1]:
+            if self.cell.goes_from_home and (what := self._way_from_home(states[-1])):
+                yield Meeting(motion, f"on the way there from home {what}")
+        air = self._through_air([motion for motion, _ in legs])
+        for row, ((_, before), (motion, states), (after, behind)) in enumerate(
+            zip(legs, legs[1:], legs[2:], strict=False)
+        ):
             if motion.place.blends and motion.kind == after.kind == "J":
                 q = np.array([before[-1], states[-1], behind[-1]])
-                if not self._air.is_free_between(self.corner(q, *motion.place.zone)):
+                checker = self._air if all(air[row + 1 : row + 3]) else self._near
+                if not checker.is_free_between(self.corner(q, *motion.place.zone)):
                     yield Meeting(motion, "the zone at its end is not free")
-        free = {is_air: self._is_free(legs, is_air=is_air) for is_air in (True, False)}
-        for is_air, group in groupby(legs, key=lambda leg: leg[0].kind == "J"):
+        groups = [
+            (is_air, [leg for _, leg in group])
+            for is_air, group in groupby(zip(air, legs, strict=True), key=lambda pair: pair[0])
+        ]
+        free = {kind: self._is_free([group for is_air, group in groups if is_air == kind], kind) for kind in set(air)}
+        for is_air, group in groups:
             if not free[is_air]:
-                yield from self._row(list(group), self._air if is_air else self._near)
+                yield from self._row(group, self._air if is_air else self._near)
 
-    def _is_free(self, legs: Sequence[Leg], *, is_air: bool) -> bool:
+    def _through_air(self, motions: Sequence[Motion]) -> list[bool]:
+        """Tell which moves by the joints lead through the air: two robots weld so, and go so to and from the seam."""
+        if not self.cell.has_two_robots:
+            return [motion.kind == "J" for motion in motions]
+        seams = [0, *(motion.seam for motion in motions), 0]
+        return [motion.kind == "J" and not any(seams[row : row + 3]) for row, motion in enumerate(motions)]
+
+    def _way_from_home(self, q: FloatArray) -> str:
+        """Say what meets what where all axes go from home to `q`, shape (k,), evenly; empty where nothing does."""
+        found = self._air.check(np.array([self.cell.home, q]))
+        return "" if found.is_free else self._air.nearest(found.states[[int(np.argmin(found.margin_mm))]])
+
+    def _is_free(self, groups: Sequence[Sequence[Leg]], is_air: bool) -> bool:
         """Tell whether all motions of a kind are free, measured together; otherwise each row is judged alone.
 
         What the text of another language did before, within the digits of both, is not measured again.
         """
         rows = [
             np.concatenate([states[row > 0 and len(states) > 1 :] for row, (_, states) in enumerate(group)])
-            for kind, group in groupby(legs, key=lambda leg: leg[0].kind == "J")
-            if kind == is_air
+            for group in groups
         ]
         if not rows:
             return True

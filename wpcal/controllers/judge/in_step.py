@@ -2,8 +2,8 @@
 
 A move of one robot begins and ends with the move of the same mark of the other one, or of the same line where one
 program moves both. Between their ends the torch keeps to its line or arc in the part, or moves by the joints, while
-robot 2 moves by the joints or leads the part on a line. The wire is no body, as in the plan of two robots; the way to
-the first point is not swept.
+robot 2 moves by the joints or leads the part on a line. Where the joints lead through the air, the wire is a body of
+the torch; where the cell states a home, both go from there to the first point.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from wpcal.brep.material import TriangleMaterial
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.asked import SAME_DEG, SAME_MM, SAME_RAD
 from wpcal.controllers.judge.execute import Files, execute
@@ -52,9 +53,15 @@ class _Asked:
     has_joints: bool = False  #: Whether it is a move by the joints of both.
 
 
-def require_in_step(files: Mapping[str, str], program: SyncProgram | CoordinatedProgram, cell: Cell) -> None:
+def require_in_step(
+    files: Mapping[str, str],
+    program: SyncProgram | CoordinatedProgram,
+    cell: Cell,
+    part: TriangleMaterial | None = None,
+) -> None:
     """Require that the texts of each language lead through the plan and nowhere else, and meet nothing on the way.
 
+    `part`: In `part`, in the hand of robot 2.
     Raises `WrittenWrongError` with the first line that does something else.
     """
     languages: dict[str, dict[str, str]] = {}
@@ -62,23 +69,21 @@ def require_in_step(files: Mapping[str, str], program: SyncProgram | Coordinated
         controller = controller_of_program(Path(name))
         if controller is not None and controller.run is not None:
             languages.setdefault(controller.name, {})[name] = text
+    tools, asked = (program.controller.tool_name, program.controller.tool_number), list(_asked_of(program))
     for texts in languages.values():
-        _require(texts, program, cell)
+        found = in_step(texts, cell, asked[0].q, tools=tools, part=part)
+        _require(found, asked, set(map(str, tools)), next(iter(texts)))
 
 
-def _require(files: Mapping[str, str], program: SyncProgram | CoordinatedProgram, cell: Cell) -> None:
-    asked = list(_asked_of(program))
-    settings = program.controller
-    found = in_step(files, cell, asked[0].q, tools=(settings.tool_name, settings.tool_number))
-    for file, line, what in found.faults:
-        raise _wrong(file, line, what)
-    names = {str(settings.tool_name), str(settings.tool_number)}
+def _require(found: InStep, asked: Sequence[_Asked], tools: set[str], file: str) -> None:
+    for place, line, what in found.faults:
+        raise _wrong(place, line, what)
     legs = [leg for row, leg in enumerate(found.legs()) if not row or _moves(leg[1])]
     for row, (motion, q) in enumerate(legs):
-        if row >= len(asked) or q is None or not _is_as(asked[row], motion, q, cell, names):
+        if row >= len(asked) or q is None or not _is_as(asked[row], motion, q, found.sweep.cell, tools):
             raise _wrong(motion.place.file, motion.place.line, f"{found.other(motion)}{ASKED}")
     if len(legs) < len(asked):
-        raise WrittenWrongError(f"{next(iter(files))}, its end: {ASKED}; nothing is written")
+        raise WrittenWrongError(f"{file}, its end: {ASKED}; nothing is written")
     for meeting in found.meetings():
         raise _wrong(meeting.motion.place.file, meeting.motion.place.line, meeting.what)
 
@@ -151,9 +156,12 @@ class InStep:
         return self.with_line.get((motion.place.file, motion.place.line), "")
 
 
-def in_step(files: Files, cell: Cell, start: FloatArray, *, tools: Sequence[str | int]) -> InStep:
+def in_step(
+    files: Files, cell: Cell, start: FloatArray, *, tools: Sequence[str | int], part: TriangleMaterial | None = None
+) -> InStep:
     """Execute programs of two robots that belong together, and pair their moves.
 
+    `part`: In `part`, in the hand of robot 2.
     `start`: shape (12,). Near to where both begin, rad.
     `tools`: Names and numbers of the torch.
     """
@@ -176,7 +184,9 @@ def in_step(files: Files, cell: Cell, start: FloatArray, *, tools: Sequence[str 
     if len(marks) != len(SEAM_MARKS):
         faults.append((next(iter(texts)), 1, "the comments at the start and at the end of the seam are not there once"))
     motions, lines, q2 = list[Motion](), dict[tuple[str, int], str](), start[JOINTS:]
-    for one, two in _paired(torch, held, faults):
+    marked = np.cumsum([each.does in SEAM_ENDS for each in torch.events])
+    on_seam = [count == 1 for count, each in zip(marked, torch.events, strict=True) if each.does is Does.MOVE]
+    for (one, two), is_on in zip(_paired(torch, held, faults), on_seam, strict=False):
         try:
             end = _joints_of(two, cell, q2)
         except GeometryError as error:
@@ -186,12 +196,12 @@ def in_step(files: Files, cell: Cell, start: FloatArray, *, tools: Sequence[str 
             faults.append((two.place.file, two.place.line, "robot 2 does not move evenly by the joints"))
         q2, via = end, () if two.via_joints is None else tuple(two.via_joints.tolist())
         place = replace(one.place, external=tuple(np.degrees(q2).tolist()), via_external=via)
-        motions.append(replace(one, place=place))
+        motions.append(replace(one, place=place, seam=int(is_on)))
         if not is_one:
             lines[one.place.file, one.place.line] = f"with {two.place.file}, line {two.place.line}: "
     sweep = CellSweep(
         cell,
-        None,
+        part,
         start[JOINTS:],
         has_moving_axes=True,
         follows=True,

@@ -244,7 +244,7 @@ def tacks_left_out(weld: SeamWeld) -> str:
 
 
 UNSWEPT = "NOT CHECKED: this text"
-SWEPT = "checked: this text, executed and swept: both arms, the torch, the held part and the bodies of the cell"
+SWEPT = "checked: this text, executed and swept: both arms, torch and wire, the held part and the bodies of the cell"
 """What the judge lets a program say that has no fault."""
 
 
@@ -266,5 +266,5 @@ def _notes(found: CoordinatedRun, path: WeldPath, arc: ArcSettings | None) -> tu
         f"the part is at most {turned:.2f} deg and {found.part_off_mm:.1f} mm from where the plan has it",
         f"{UNSWEPT}; its moves as planned: {found.check.verdict.value}; {found.check.describe()}",
         arc_in_words(arc),
-        NOT_CHECKED,
+        NOT_CHECKED.replace(", the way to the first point", "") if found.cell.goes_from_home else NOT_CHECKED,
     )

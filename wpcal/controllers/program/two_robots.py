@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wpcal.brep.material import TriangleMaterial
 from wpcal.controllers.judge.in_step import require_in_step
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.arc import ArcSettings
@@ -95,6 +96,7 @@ class HeldWeld:
     tolerance: PathTolerance = USUAL_TOLERANCE  #: Of the lines and arcs.
     weld: SeamWeld | None = None  #: Its weld data.
     arc: ArcSettings | None = None  #: None for a dry run.
+    part: TriangleMaterial | None = None  #: In `part`; None: only the bodies of the cell are in the hand of robot 2.
 
 
 def possible_coordinated(
@@ -127,7 +129,7 @@ def possible_coordinated(
             program = build_coordinated_program(found, held.seam, controller=controller, weld=held.weld, arc=held.arc)
             program = program if each.run is None else replace(program, notes=swept_notes(program.notes))
             own = each.write_coordinated(program)
-            require_in_step(own, program, cell)
+            require_in_step(own, program, cell, held.part)
             files |= own
             motions[each.name] = found
         except InputError as error:

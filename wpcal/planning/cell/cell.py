@@ -97,7 +97,8 @@ class Cell:
     T_carrier_part: RigidTransform | None
     #: Safety distance, mm: a state is clear if the least distance between bodies is larger (Hou 2018, eq. 6).
     d1_mm: float
-    #: shape (k,). Where programs start and end: all axes, rad and mm. Of two robots zero, or the limit nearest to zero.
+    #: shape (k,). Where programs start and end: all axes, rad and mm. Of two robots zero, or the limit nearest to zero,
+    #: if it is not stated.
     home: FloatArray = field(default_factory=lambda: np.zeros(0))
     rail: Rail | None = None
     carrier: Carrier | None = None
@@ -123,7 +124,8 @@ class Cell:
             raise InputError(f"the safety distance must be 0 or more, got {self.d1_mm:g} mm")
         low, high = self.limits
         k, usual = len(low), np.clip(np.zeros(len(low)), low, high)
-        home = frozen(self.home if len(self.home) and not self.has_two_robots else usual)
+        is_stated = self.home.any() if self.has_two_robots else len(self.home)
+        home = frozen(self.home if is_stated else usual)
         touched = frozen(self.touched_at if len(self.touched_at) else home[JOINTS:])
         weights = frozen(self.joint_weights)
         if home.shape != (k,) or touched.shape != (k - JOINTS,):
@@ -142,6 +144,11 @@ class Cell:
     def has_two_robots(self) -> bool:
         """Whether a second robot holds the part."""
         return self.carrier is not None and self.carrier.is_robot
+
+    @property
+    def goes_from_home(self) -> bool:
+        """Whether two robots have a home that is stated: their programs go from there straight to the first point."""
+        return self.has_two_robots and bool((self.home != np.clip(0.0, *self.limits)).any())
 
     @property
     def axis_names(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ triangles exactly. The margin that results is a lower bound of the true one, and
 
 Beyond the pairs of `bodies`, the part is compared with links 1 to 6 and the torch; a part on a positioner also with the
 base, the bench and the frame of the positioner. The floor is compared with the links 2 to 6, the torch, and a part on a
-positioner.
+positioner. A part in the hand of robot 2 is compared with robot 1, the bench and links 0 to 3 of robot 2.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scipy.spatial import ConvexHull, QhullError
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import inverse_pose, product
-from wpcal.planning.cell.bodies import Body, Owner, body_pairs
+from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, Owner, body_pairs
 from wpcal.planning.cell.cell import TOOL, WORLD, Cell
 from wpcal.planning.cell.clearance import pair_margins, stacked
 from wpcal.planning.cell.distance_field import DistanceField, cover_of
@@ -79,8 +79,10 @@ class PartCapsules:
 
 
 def _meets_part(body: Body, cell: Cell) -> bool:
-    if body.owner is Owner.ROBOT:
+    if body.owner.has_torch:
         return body.link > 0 or cell.carrier is not None
+    if body.owner is Owner.ROBOT2:
+        return body.link <= JOINTS + 1 - JOINTS_BETWEEN
     turns = cell.carrier is not None and len(cell.carrier.arm.joints) > 1
     return turns and body.link == 0
 
@@ -326,7 +328,7 @@ class CellClearance:
             low = np.flatnonzero(height <= level) if len(shape.hull) else np.zeros(0, dtype=np.int64)
             if len(low):  # the capsules are around the hull
                 height[low] = _lowest(frame.at(low), shape.hull)
-        if self.part is not None and self.cell.carrier is not None:
+        if self.part is not None and self.cell.carrier is not None and not self.cell.has_two_robots:
             found.append(_lowest(frames[self.cell.part_row], _corners(self.part)))
             which.append(first + len(self._bodies))
         if not found:

@@ -71,6 +71,7 @@ def _two_robots(record: Mapping[str, Any], path: Path) -> Cell:
     if two.get("T_flange_part") is None:
         raise InputError("holder_robot: T_flange_part is missing: where the part sits in the gripper of robot 2")
     arm1, arm2 = (arm_beside(str(robot["arm"]), path) for robot in (one, two))
+    homes = [_home(each, arm) if "home_deg" in each else np.zeros(JOINTS) for each, arm in ((one, arm1), (two, arm2))]
     T_world_base2 = RigidTransform.from_record(two["T_world_base"], target="world", source="base2")
     return Cell(
         arm=arm1,
@@ -79,6 +80,7 @@ def _two_robots(record: Mapping[str, Any], path: Path) -> Cell:
         T_carrier_part=RigidTransform.from_record(two["T_flange_part"], target="flange2", source="part"),
         carrier=Carrier(arm2, T_world_base2, shapes_from_records(two["links"]), _mount_z(two)),
         part=shapes_from_records(two["part"]),
+        home=np.concatenate(homes),
         joint_weights=np.concatenate([_weights(one, arm1), _weights(two, arm2)]),
         **_common(record),
     )
@@ -173,7 +175,7 @@ def _shape(record: Mapping[str, Any]) -> Shape:
 
 def _home(robot: Mapping[str, Any], arm: Arm) -> FloatArray:
     if "home_deg" in robot:
-        return _numbers(robot["home_deg"], JOINTS, "torch_robot.home_deg")
+        return _numbers(robot["home_deg"], JOINTS, "home_deg")
     return default_home(arm)
 
 

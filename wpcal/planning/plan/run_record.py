@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.csv_text import csv_text
+from wpcal.core.input_file import sha256_of
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.plan.coordinated import CoordinatedRun
@@ -19,8 +20,14 @@ PLAN_SCHEMA = "wpcal/plan/1"
 CSV_DIGITS = 10  #: Significant digits of the table: 1e-8 degrees.
 
 
-def run_record(run: CellRun, cell: Cell, coordinated: Mapping[str, CoordinatedRun] | None = None) -> dict[str, Any]:
-    """Return the record of ``plan.json``.
+def run_record(
+    run: CellRun,
+    cell: Cell,
+    coordinated: Mapping[str, CoordinatedRun] | None = None,
+    *,
+    inputs: Mapping[str, bytes] | None = None,
+) -> dict[str, Any]:
+    """Return the record of ``plan.json``; `inputs` are the files from which the plan was made.
 
     Returns dict. Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null
     elsewhere.
@@ -39,6 +46,7 @@ def run_record(run: CellRun, cell: Cell, coordinated: Mapping[str, CoordinatedRu
         "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm, cell.arm2)],
         "coordinated": [coordinated_record(language, one) for language, one in (coordinated or {}).items()],
         "points": _points(run),
+        "made_from": {name: sha256_of(raw) for name, raw in (inputs or {}).items()},
     }
 
 

@@ -185,7 +185,7 @@ def input_files(
 ) -> Iterator[tuple[str, bytes]]:
     """Yield the files of the folder ``input``: names and contents. An arm that is not shipped lies beside the cell."""
     record = read_json(cell, schema=CELL_SCHEMA)
-    for name in ("torch_robot", "positioner"):
+    for name in ("torch_robot", "holder_robot", "positioner"):
         arm = (record.get(name) or {}).get("arm")
         if arm is not None and arm not in shipped_arms():
             file = f"{name}{Path(arm).suffix}"
@@ -221,6 +221,24 @@ def read_kept_plan(folder: Path) -> KeptInput:
     if "kept" not in record:
         raise InputError(f"{path}: an earlier version of wpcal made this plan, without its states: plan again")
     record = read_json(path, schema=PLAN_SCHEMA)
+    require_as_made(record, folder)
+    cell, seams = read_cell(source / CELL_FILE), source / SEAMS_FILE
+    listed, found, T_base_part = seams_in_part(seams, cell, with_place=True)
+    errors = dict(zip((each.name for each in found), errors_from_record(listed), strict=True))
+    planned = tuple(PlannedSeam(each, errors[each.name]) for each in found if each.name in record["planned"])
+    raw = read_bytes(source / PART_FILE) if PART_FILE in record["made_from"] else None
+    part = None if raw is None else TriangleMaterial.of(read_part_glb(raw))
+    given = SequenceInput(planned, found, T_base_part, part, raw, torch_of_seams(listed, seams))
+    has = {name: source / name if name in record["made_from"] else None for name in (WELDS_FILE, RULES_FILE)}
+    return KeptInput(record, given.placed(cell), given, source, has[WELDS_FILE], has[RULES_FILE])
+
+
+def require_as_made(record: Mapping[str, Any], folder: Path) -> None:
+    """Require that the plan in a folder, and the files that it was made from, are as they were written.
+
+    Raises as `read_kept_plan` does.
+    """
+    path, source = folder / PLAN_FILE, folder / INPUT
     if record["digest"] != with_digest(record)["digest"]:
         raise FormatError("was changed after wpcal plan wrote it (digest); plan again", path=str(path))
     for name, sha256 in record["made_from"].items():
@@ -231,12 +249,3 @@ def read_kept_plan(folder: Path) -> KeptInput:
     for file in sorted(source.iterdir()):
         if file.name not in record["made_from"] and not file.name.startswith("."):
             raise FormatError(f"{PLAN_FILE} was not made from it: take it out, or plan again", path=str(file))
-    cell, seams = read_cell(source / CELL_FILE), source / SEAMS_FILE
-    listed, found, T_base_part = seams_in_part(seams, cell, with_place=True)
-    errors = dict(zip((each.name for each in found), errors_from_record(listed), strict=True))
-    planned = tuple(PlannedSeam(each, errors[each.name]) for each in found if each.name in record["planned"])
-    raw = read_bytes(source / PART_FILE) if PART_FILE in record["made_from"] else None
-    part = None if raw is None else TriangleMaterial.of(read_part_glb(raw))
-    given = SequenceInput(planned, found, T_base_part, part, raw, torch_of_seams(listed, seams))
-    has = {name: source / name if name in record["made_from"] else None for name in (WELDS_FILE, RULES_FILE)}
-    return KeptInput(record, given.placed(cell), given, source, has[WELDS_FILE], has[RULES_FILE])

@@ -9,8 +9,8 @@ MODULE WPCAL_W2_R2
   ! in the part the wire is at most 0.000 mm and 0.00 deg off the seam
   !   (allowed: 0.05 mm, 0.5 deg)
   ! the part is at most 0.11 deg and 1.4 mm from where the plan has it
-  ! checked: this text, executed and swept: both arms, the torch, the held
-  !   part and the bodies of the cell; its moves as planned: free; 321
+  ! checked: this text, executed and swept: both arms, torch and wire, the
+  !   held part and the bodies of the cell; its moves as planned: free; 321
   !   states checked; least: robot 1 nozzle to robot 2 base plate, 7.4 mm (3
   !   mm asked) at s = 149.5 mm
   ! the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked

@@ -1,0 +1,98 @@
+"""Texts of two robots are swept with the wire, the mesh of the held part and the way from home; the audit does so."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+from tests.saddle import CELLS
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.cli.main import run
+from wpcal.controllers.audit import audit_path
+from wpcal.controllers.judge.in_step import in_step
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell import CARRIER
+from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.shape import Shape
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+TEE = CELLS.parent / "tee" / "golden"
+HOME_DEG = [[70.0, -30.0, 40.0, -45.0, 80.0, -90.0], [-10.0, 30.0, 25.0, 5.0, -100.0, -80.0]]  #: Near the seam.
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A plan of two robots whose cell states a home, with its programs."""
+    place = tmp_path_factory.mktemp("held")
+    record = json.loads((CELLS / "two-mh6-tee.json").read_text())
+    for name, home in zip(("torch_robot", "holder_robot"), HOME_DEG, strict=True):
+        record[name]["home_deg"] = home
+    (place / "cell.json").write_text(json.dumps(record))
+    with pytest.raises(SystemExit) as ended:
+        run(["plan", str(place / "cell.json"), str(TEE), "--seam", "W2", "-o", str(place / "plan")])
+    assert ended.value.code == 0
+    return place / "plan"
+
+
+def swept(folder, cell, moved_mm=(0.0, 0.0, 0.0)):
+    """Return what is told of the INFORM job, by the texts of its lines; the mesh of the part is moved in the hand."""
+    T = RigidTransform(np.eye(3), np.array(moved_mm), target="part", source="part")
+    part = TriangleMaterial.of(read_part_glb((TEE / "part.glb").read_bytes()), T)
+    files = {"WPCAL_W2.jbi": (folder / "WPCAL_W2.jbi").read_text()}
+    found = in_step(files, cell, first_state(folder), tools=[1], part=part)
+    lines = files["WPCAL_W2.jbi"].splitlines()
+    return [(lines[each.motion.place.line - 1], each.what) for each in found.meetings()]
+
+
+def first_state(folder):
+    first = json.loads((folder / "plan.json").read_text())["points"][0]
+    return np.radians([*first["robot1_deg"], *first["robot2_deg"]])
+
+
+def with_ball(cell, q, z_mm, radius_mm):
+    """Return the cell with a ball where the tool is at a state, this far along the wire."""
+    T = cell.tool_places(q[None])[0]
+    p = [T[:3, 3] + z_mm * T[:3, 2]]
+    return dataclasses.replace(cell, bench=(Shape("ball", p, p, np.array([radius_mm])),))
+
+
+def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder):
+    cell, q = read_cell(folder / "input" / "cell.json"), first_state(folder)
+    cell = dataclasses.replace(cell, d1_mm=0.0)
+    assert swept(folder, cell) == []
+    unstated = dataclasses.replace(cell, home=np.zeros(12))
+    (line, what), *_ = swept(folder, with_ball(unstated, q, -8.0, 2.0))
+    assert line.startswith("MOVJ C00000")
+    assert "robot 1 wire and ball miss" in what
+    told = swept(folder, unstated, (0.0, 0.0, 25.0))
+    assert any(line.startswith("SMOVL") and re.search("robot 1 .* and part miss", what) for line, what in told)
+    elbow = cell.frames(q[None])[CARRIER + 3].p[:, 0]
+    told = swept(
+        folder, unstated, (np.linalg.inv(cell.part_places(q[None])[0]) @ [*elbow, 1.0])[:3] - [100.0, 0.0, 5.0]
+    )
+    assert any("robot 2" in what and "and part miss" in what for _, what in told)
+    halfway = with_ball(cell, (cell.home + q) / 2.0, 0.0, 2.0)
+    (line, what), *_ = swept(folder, halfway)
+    assert line.startswith("MOVJ C00000")
+    assert "on the way there from home robot 1" in what
+    assert "the way to the first point" not in (folder / "WPCAL_W2.jbi").read_text()
+
+
+def test_the_audit_sweeps_both_programs_in_the_cell_of_the_plan(folder, tmp_path):
+    copy = shutil.copytree(folder, tmp_path / "plan")
+    programs = [each for each in audit_path(copy).files if "two robots" in each.kind]
+    assert len(programs) == 8
+    assert all(not each.faults and "swept together" in each.checked for each in programs)
+    held = copy / "WPCAL_W2_R2.mod"
+    bend = lambda m: f"{m[1]}{float(m[2]) - 60.0:.4f}"  # noqa: E731
+    held.write_text(re.sub(r"(jointtarget \w+_0002:=\[\[[-\d.]+,[-\d.]+,)([-\d.]+)", bend, held.read_text()))
+    faults = [fault for each in audit_path(copy).files for fault in each.faults]
+    assert any(fault.line and "with WPCAL_W2_R2.mod, line" in fault.message for fault in faults), faults
+    (copy / "input" / "cell.json").write_text("{}")
+    assert any("not what plan.json was made from" in f.message for each in audit_path(copy).files for f in each.faults)
