@@ -283,7 +283,7 @@ def _assess(
     if n > COMPARED:
         message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
         return None, Diagnosis((Issue("not-compared", message),)), None
-    found = explain_by_body(problem, problem.diagnose(fit), body_of)
+    found = explain_by_body(problem, problem.diagnose(fit), body_of, fit.budget.belief.rows)
     comparison = compare_criteria(problem, fit_by, seam_points=seam_points, issues=found.issues)
     wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
     if not wrong:
