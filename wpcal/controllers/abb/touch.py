@@ -30,7 +30,6 @@ from wpcal.controllers.language.naming import comment_lines, own_name, safe_name
 from wpcal.controllers.language.touch import TouchWriter
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
-from wpcal.core.transform import RigidTransform
 
 SIGNAL = "diTouch"  #: The input, if the touch setup names none.
 HOME = "wptHome"
@@ -51,11 +50,7 @@ class _RapidTouches(TouchWriter):
     format, names, longest_comment, has_package = "rapid", NAMES, LONGEST_COMMENT, True
     air, first = "wptAir", JOINT_SPEED
     way_points = WAY
-
-    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        text, T = rapid_frame(T_base_part)
-        self.wobj = f'[FALSE,TRUE,"",[{text}],[[0,0,0],[1,0,0,0]]];'
-        return T
+    frame_as_written = staticmethod(lambda T: rapid_frame(T)[1])
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"wpt{steps.name}_{mark}" for mark in steps.marks]
@@ -76,7 +71,7 @@ class _RapidTouches(TouchWriter):
             "tool": tool,
             "folder": folder,
             "results": results,
-            "wobj": self.wobj,
+            "wobj": f'[FALSE,TRUE,"",[{rapid_frame(self.plan.T_base_part)[0]}],[[0,0,0],[1,0,0,0]]];',
             "signal": self.signal,
         }
         names |= self.sensing(self.signal, self.enable)

@@ -152,8 +152,7 @@ class _Audit:
 
     def _executed(self, path: Path, around: Surroundings) -> dict[str, list[Fault]]:
         """Return the faults that show when the programs beside a file are executed, by the names of their files."""
-        controller = controller_of_program(path)
-        if controller is None or controller.run is None:
+        if (controller := _executable(path)) is None:
             return {}
         key = path.parent, controller.name
         if key not in self.of_programs:
@@ -172,8 +171,7 @@ class _Audit:
 
     def _in_step(self, path: Path) -> list[tuple[str, Fault]] | None:
         """Return the files and faults that show when the programs of two robots beside a file are swept together."""
-        controller = controller_of_program(path)
-        if controller is None or controller.run is None:
+        if (controller := _executable(path)) is None:
             return None
         key = path.parent, controller.name
         if key not in self.in_step:
@@ -182,8 +180,8 @@ class _Audit:
 
     def _touches_of(self, path: Path) -> dict[str, list[Fault]]:
         """Return the faults that show when the touch programs beside a file are executed."""
-        controller, found = controller_of_program(path), dict[str, list[Fault]]()
-        if controller is not None and controller.run is not None:
+        found = dict[str, list[Fault]]()
+        if (controller := _executable(path)) is not None:
             files = _files_beside(path, controller)
             stems = [Path(name).stem for name, data in files.items() if is_touch_program(data, path.parent / name)]
             own = [name for name in files if any(Path(name).stem.startswith(stem) for stem in stems)]
@@ -233,6 +231,11 @@ class _Audit:
         seams = () if in_cell.has_moving_axes else seams  # they are not in one place in the base
         p = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in seams)])
         return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, seams=p)
+
+
+def _executable(path: Path) -> Controller | None:
+    controller = controller_of_program(path)
+    return None if controller is None or controller.run is None else controller
 
 
 def _files_beside(path: Path, controller: Controller, *, in_step: bool = False) -> dict[str, bytes]:

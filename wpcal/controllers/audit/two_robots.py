@@ -24,7 +24,7 @@ from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.errors import ErrorCode, WpcalError
 from wpcal.core.input_file import read_bytes
-from wpcal.core.records import parse_json
+from wpcal.core.records import parse_json, read_json
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.run_record import PLAN_SCHEMA
 from wpcal.planning.sequence.kept_plan import CELL_FILE, INPUT, PLAN_FILE, require_as_made
@@ -68,6 +68,7 @@ def swept_faults(folder: Path, files: Files) -> list[tuple[str, Fault]] | None:
     record = parse_json(read_bytes(path), path=str(path)) if path.is_file() else {}
     if record.get("schema") != PLAN_SCHEMA or not record.get("made_from"):
         return None
+    record = read_json(path, schema=PLAN_SCHEMA)
     require_as_made(record, folder)
     first, mesh = record["points"][0], source / PART_FILE
     part = TriangleMaterial.of(read_part_glb(read_bytes(mesh))) if mesh.is_file() else None

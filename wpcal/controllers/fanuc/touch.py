@@ -33,7 +33,6 @@ from wpcal.controllers.fanuc.write import (
 from wpcal.controllers.language.touch import NOT_RUN, Numbers, SearchText, TouchWriter
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
-from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import halves_of
 
 INPUTS = Numbers(default=1, most=4096)
@@ -55,6 +54,7 @@ class _TpTouches(TouchWriter):
     format, names, longest_comment, has_package, is_upper = "fanuc", NAMES, LONGEST_REMARK, True, True
     inputs = outputs = INPUTS
     first = f"{JOINT_PERCENT}%"
+    frame_as_written = staticmethod(LANGUAGE.frame_as_written)
 
     def check(self) -> None:
         self.require_frame(LARGEST_FRAME)
@@ -64,9 +64,6 @@ class _TpTouches(TouchWriter):
             raise InputError(
                 "FANUC shows J3 against the horizontal: the arm's file needs a coupling of J3 to J2 with factor 1"
             )
-
-    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return LANGUAGE.frame_as_written(T_base_part)
 
     @property
     def first_point(self) -> int:
@@ -103,12 +100,8 @@ class _TpTouches(TouchWriter):
         home = self.plan.home_joints
         bodies = [] if home is None else joint_bodies(head, home[None])
         for each in self.searches:
-            bodies += pose_bodies(head, self._confs(each.steps), each.steps.p, each.steps.R)
+            bodies += pose_bodies(head, self.configurations(CONFIGURATION, each.steps), each.steps.p, each.steps.R)
         return {f"{self.name}.ls": tp_file(self.name, lines, numbered(bodies))}
-
-    def _confs(self, steps: TouchSteps) -> list[str]:
-        where, has_arm = f"search {steps.name}", self.program.arm is not None
-        return CONFIGURATION.texts_of(self.controller, steps.postures, len(steps.p), where=where, has_arm=has_arm)
 
     def _about(self) -> list[str]:
         setup, count = self.setup.fanuc, len(self.plan.searches)

@@ -26,7 +26,6 @@ from wpcal.controllers.language.naming import own_name
 from wpcal.controllers.language.touch import Numbers, TouchWriter
 from wpcal.controllers.program.planned import angle_texts
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
-from wpcal.core.transform import RigidTransform
 
 
 def write_touch_as(program: TouchProgram) -> dict[str, str]:
@@ -41,9 +40,7 @@ class _AsTouches(TouchWriter):
     format, names, longest_comment = "as", NAMES, LONGEST_COMMENT
     inputs, outputs = Numbers(default=1001, most=2256, least=1001), Numbers(default=1, most=960)
     first = f"{JOINT_PERCENT}"
-
-    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return as_frame(T_base_part)
+    frame_as_written = staticmethod(as_frame)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"wpt_{steps.name.lower()}{mark.lower()}" for mark in steps.marks]

@@ -36,6 +36,7 @@ KEYWORDS = (
 NAMES = NameRules("AS", 15, KEYWORDS)  #: Names have up to 15 characters: controllers cut longer ones.
 MM_DECIMALS = 5
 DEG_DECIMALS = 6  #: As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg.
+as_frame = partial(rounded_frame, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS, is_zyz=True)
 LONGEST_COMMENT = 76
 JOINT_PERCENT = 5  #: The speed of the only joint move. Slow, because the arm can come from anywhere.
 ACCURACY_MM = 1  #: Distance from a corner at which the tool may leave the path: the default least step of seams.
@@ -82,11 +83,6 @@ def without_repeats(lines: Iterable[str]) -> list[str]:
 def as_speed(mm_s: float) -> str:
     """Write a speed."""
     return f"{mm_s:g} MM/S"
-
-
-def as_frame(T: RigidTransform) -> RigidTransform:
-    """Return the frame with the written digits: its rounding then does not move the points in the base."""
-    return rounded_frame(T, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS, is_zyz=True)
 
 
 def transformations(p: FloatArray, R: FloatArray) -> list[str]:

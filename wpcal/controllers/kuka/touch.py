@@ -62,13 +62,11 @@ class _KrlTouches(TouchWriter):
     format, names, longest_comment, has_package = "krl", NAMES, LONGEST_COMMENT, True
     inputs = outputs = INPUTS
     way_points = WAY
+    frame_as_written = staticmethod(krl_frame)
 
     @property
     def air(self) -> str:
         return f"{self.setup.air_speed_mm_s / 1000.0:g}"  # $VEL.CP is in m/s
-
-    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return krl_frame(T_base_part)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"WPT_{steps.name}_{mark}" for mark in steps.marks]

@@ -50,6 +50,7 @@ JOINT_PERCENT = 10  #: The speed of PTP moves. Slow, because the arm can come fr
 CIRCLE = ("$ORI_TYPE=#VAR", "$CIRC_TYPE=#BASE")
 """On arcs the tool turns about one axis, and not with the tangent."""
 BLEND_MM = 1.0  #: Distance from a corner at which LIN moves may leave it: the default least step of seams.
+krl_frame = partial(rounded_frame, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
 ATTRIBUTES = ("&ACCESS RVP", "&REL 1")  #: Visible to the programmer, first release.
 
 
@@ -77,11 +78,6 @@ def axes_text(joints: FloatArray, external: Sequence[str] = ()) -> str:
     """Write shown angles, shape (6,), rad, and external axes."""
     (row,) = texts(np.degrees(joints)[None], DEG_DECIMALS)
     return f"{{{_keyed([f'A{axis}' for axis in range(1, 7)], row)}{_external(external)}}}"
-
-
-def krl_frame(T: RigidTransform) -> RigidTransform:
-    """Return the frame with the written digits: its rounding then does not move the points in the base."""
-    return rounded_frame(T, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
 
 
 def forms_of(postures: Sequence[Posture | None]) -> list[list[str]] | None:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from wpcal.controllers.language.jobs import ConfigurationRule
 from wpcal.controllers.language.naming import NameRules, comment_lines, own_name
 from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, AirMoves, Blocks, whole_template
 from wpcal.controllers.program.describe import NOT_CHECKED
@@ -60,6 +61,8 @@ class TouchWriter(AirMoves):
     outputs: ClassVar[Numbers | None] = None
     has_package: ClassVar[bool] = False  #: Whether searches of a touch-sensing package are written.
     is_upper: ClassVar[bool] = False  #: Whether names of programs are upper case.
+    #: Returns the frame of the part with the digits that the program states.
+    frame_as_written: ClassVar[staticmethod[[RigidTransform], RigidTransform]]
     post: TouchPost
     way_points: ClassVar[Sequence[str]] = ()
     """As moves name the poses from the last search to a weld program; a language with them corrects its frame."""
@@ -98,13 +101,14 @@ class TouchWriter(AirMoves):
     def check(self) -> None:
         """Refuse what the controller does not have."""
 
-    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        """Return the frame of the part with the digits that the program states."""
-        raise NotImplementedError
-
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         """Return how moves name the points of a search; `first` is the number of the first of them."""
         raise NotImplementedError
+
+    def configurations(self, rule: ConfigurationRule, steps: TouchSteps) -> list[str]:
+        """Return how a language writes the configuration of the arm at the points of a search."""
+        where, has_arm = f"search {steps.name}", self.program.arm is not None
+        return rule.texts_of(self.controller, steps.postures, len(steps.p), where=where, has_arm=has_arm)
 
     def require_room(self, section: object, needed: Mapping[str, int], *, least: int = 0) -> None:
         """Refuse a plan with more searches than fit into the registers or variables of the touch setup."""

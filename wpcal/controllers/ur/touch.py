@@ -27,7 +27,6 @@ from wpcal.controllers.ur.write import (
     script_frame,
 )
 from wpcal.core.errors import InputError
-from wpcal.core.transform import RigidTransform
 
 STOP_M_S2 = 2.0  #: Deceleration at contact: from 10 mm/s within 0.03 mm.
 HOST = re.compile(r"[A-Za-z0-9.:_-]+")  #: The name or the address of a computer.
@@ -45,9 +44,7 @@ class _ScriptTouches(TouchWriter):
     format, names, longest_comment = "urscript", NAMES, LONGEST_COMMENT
     inputs = outputs = Numbers(default=0, most=7, least=0)
     first = JOINT_LIMITS
-
-    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return script_frame(T_base_part)
+    frame_as_written = staticmethod(script_frame)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return poses_in_part(steps.p, steps.R)

@@ -31,7 +31,6 @@ from wpcal.controllers.yaskawa.write import (
     joint_rows,
     user_positions,
 )
-from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import halves_of
 
 LARGEST_FRAME = 63  #: The last user frame.
@@ -51,15 +50,13 @@ class _InformTouches(TouchWriter):
     format, names, longest_comment, is_upper = "inform", NAMES, LONGEST_COMMENT, True
     inputs, outputs = Numbers(default=1, most=6), Numbers(default=1, most=4096)  # RIN#(6) is not on all controllers
     first = f"{FIRST} PL=0"
+    frame_as_written = staticmethod(LANGUAGE.frame_as_written)
 
     def check(self) -> None:
         self.require_frame(LARGEST_FRAME)
         count = len(self.plan.searches)
         needed = {"position variable": count, "byte variable": count, "double variable": HEAD + 1}
         self.require_room(self.setup.inform, needed)
-
-    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return LANGUAGE.frame_as_written(T_base_part)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"C{number:05d}" for number in range(first, first + len(steps.p))]
@@ -86,21 +83,14 @@ class _InformTouches(TouchWriter):
             **self.sensing(signal, enable),
         )
         p, R = (np.concatenate([getattr(each, axis) for each in self.steps]) for axis in ("p", "R"))
-        positions = user_positions(user, tool, self._confs(), p, R)
+        confs = [conf for each in self.steps for conf in self.configurations(CONFIGURATION, each)]
+        positions = user_positions(user, tool, confs, p, R)
         files = {f"{name}.jbi": inform_job(name, positions, lines, user=user)}
         if home is not None:
             kind = joint_kind(self.program.arm)
             positions = joint_positions(tool, kind, joint_rows(home[None], self.program.arm, kind))
             files[f"{name}H.jbi"] = inform_job(f"{name}H", positions, self.home("C00000", FIRST))
         return files
-
-    def _confs(self) -> list[str]:
-        has_arm, of = self.program.arm is not None, CONFIGURATION.texts_of
-        return [
-            conf
-            for each in self.steps
-            for conf in of(self.controller, each.postures, len(each.p), where=f"search {each.name}", has_arm=has_arm)
-        ]
 
     def _about(self) -> list[str]:
         setup, count = self.setup.inform, len(self.plan.searches)

@@ -239,7 +239,7 @@ def require_as_made(record: Mapping[str, Any], folder: Path) -> None:
     Raises as `read_kept_plan` does.
     """
     path, source = folder / PLAN_FILE, folder / INPUT
-    if record["digest"] != with_digest(record)["digest"]:
+    if record.get("digest") != with_digest(record)["digest"]:
         raise FormatError("was changed after wpcal plan wrote it (digest); plan again", path=str(path))
     for name, sha256 in record["made_from"].items():
         if not (source / name).is_file():
