@@ -21,11 +21,13 @@ from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.results.folder import read_finished
+from wpcal.seam.options import Reach
 
 DRAWN = 200
 OFF_MM = 0.3  #: The largest error of the programs, and half a step between the places that are compared.
 ENDS_MM = 0.06  #: The largest error of the programs, and their digits.
 STEP_MM = 0.25
+ROUND_OFF_DEG = 1e-4
 pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
@@ -61,6 +63,9 @@ def test_every_accepted_millimetre_is_exported_and_planned(seed: int, cell: Path
     assert json.loads(done.stdout)["seams"] == [seam.name for seam in seams]
     text = {path.name: path.read_text(encoding="utf-8") for path in (tmp_path / "programs").rglob("*.mod")}
     for each, weld in zip(seams, welds_of("rapid", text), strict=True):
+        turn = np.linalg.norm(np.diff(np.degrees(each.lean_rad), axis=0), axis=1)
+        fast = turn > Reach().lean_deg_per_mm * np.diff(each.frames.s_mm) + ROUND_OFF_DEG
+        assert not fast.any() or any("deg per mm" in reason for reason in each.reasons)
         p, R = followed(weld, 25)
         wire = p + each.more_wire_mm * R.as_matrix()[:, :, 2]
         seam = finished.T_base_part.inverse().apply(each.frames.p)

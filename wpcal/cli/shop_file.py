@@ -27,7 +27,7 @@ _SAID_ONCE = """
     weld_rules setup post tacks weave clearance_mm air_clearance_mm seam_clearance_mm approach_mm retract_mm speed_mm_s
     air_speed_mm_s joint_margin_deg path_tol_mm position_tol_deg work_angle_deg travel_angle_deg tolerance_mm sigma_mm
     tcp_bias_mm tool_mm robot_mm tack_mm tack_mrad criterion ball_mm uncertainty_mm uncertainty_deg up gap_mm join_mm
-    min_length_mm wrap concave not weld chord_mm max_step_mm min_step_mm paper jobs job_gb job_seconds
+    min_length_mm wrap concave not weld lean_deg_per_mm chord_mm max_step_mm min_step_mm paper jobs job_gb job_seconds
 """
 SAID_ONCE = frozenset(_SAID_ONCE.split())
 """Options that are the same on every part of a shop. What belongs to one part, writes a file or opens a port is not."""

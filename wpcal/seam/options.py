@@ -115,6 +115,12 @@ class Reach:
         read=lambda most: (-most, most),
         show=lambda turn: turn[1],
     )
+    lean_deg_per_mm: float = opt(
+        5.0,
+        "The most by which a lean changes per mm of seam, where the torch is free meanwhile: the wrist then turns "
+        "by 30 deg/s at a usual 6 mm/s, without a jerk.",
+        least=1.0,
+    )
 
     def __post_init__(self) -> None:
         for name, most in (("work", MOST_LEAN_DEG), ("travel", MOST_LEAN_DEG), ("spin", 180.0)):

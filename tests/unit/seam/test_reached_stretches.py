@@ -59,6 +59,20 @@ def test_the_torch_meets_nothing_along_accepted_seams(name: str) -> None:
         assert len(find_poses_in_material(material, *poses_between(seam), torch, start_mm=start_mm(seam))) == 0
 
 
+def test_a_lean_changes_no_faster_than_asked_or_the_seam_says_where() -> None:
+    changes = 0
+    for name in ("boss-with-ribs", "tee-under-bar"):
+        for seam in detect_seams(saved_graph(name)):
+            if not seam.accepted or seam.lean_rad is None:
+                continue
+            turn = np.degrees(np.linalg.norm(np.diff(seam.lean_rad, axis=0), axis=1))
+            fast = turn > Reach().lean_deg_per_mm * np.diff(seam.frames.s_mm) + 1e-4
+            changes += int((turn > 0.0).sum())
+            assert fast.any() == any("it is not free there at 5 deg per mm" in reason for reason in seam.reasons)
+            assert not fast.any(), (name, seam.name, turn[fast], np.diff(seam.frames.s_mm)[fast])
+    assert changes > 0
+
+
 def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
     graph = saved_graph("tee-beside-block")
     material = ExactMaterial(graph, TrimmedFaces.of(graph))

@@ -6,6 +6,7 @@ along the seam or across it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -38,6 +39,8 @@ STEP_MM = 1.0  #: Step of dense stations: where a free stretch begins or ends is
 HALF = 0.5 - 1e-9  #: Of the way between two stations; less round-off.
 MEETS = 1e3  #: Cost of a change that meets a solid, rad: more than all leans of a seam together.
 CHANGE_MM = 40.0  #: Where a change of lean meets a solid, other changes are looked for so far before and after.
+WINDOWS = 4  #: So many places are tried at which a lean may change evenly, the nearest to its change first.
+ROUND_OFF_MM = 1e-6  #: A change may need so much more than it has.
 ROUNDS = 6  #: So often other changes are chosen for those that meet a solid.
 
 
@@ -62,6 +65,7 @@ class Leans:
     #: is reached only with them from end to end is behind something.
     small: int
     spin_rad: FloatArray  #: shape (j,). Turns about the wire, the smallest first; only 0 for a torch without a neck.
+    rate_rad_mm: float  #: The most by which lean and turn change together.
 
     @classmethod
     def of(cls, reach: Reach) -> Leans:
@@ -74,7 +78,7 @@ class Leans:
         )
         spin = _angles(reach.spin_deg, SPIN_STEP_DEG) if reach.torch.bends else [0.0]
         spin = sorted({_half_turn(value) for value in spin}, key=lambda value: (abs(value), -value))
-        return cls(np.radians(leans), sum(map(_is_small, leans)), np.radians(spin))
+        return cls(np.radians(leans), sum(map(_is_small, leans)), np.radians(spin), math.radians(reach.lean_deg_per_mm))
 
     @property
     def tiers(self) -> tuple[slice, slice]:
@@ -106,11 +110,14 @@ class Felt:
     spin_rad: FloatArray  #: shape (n,). How far a bent neck is turned about the wire there; 0 without a neck.
     solid: IntArray  #: shape (n,). The solid that a torch meets at a station without a lean; -1 at the others.
     solid_after: IntArray  #: shape (n - 1,). The solid that it meets on its way to the next station; -1 if none.
+    fast: tuple[
+        str, ...
+    ] = ()  #: Where it turns faster than asked, because it is not free at a slower turn; for people.
 
     def lay_on(self, seam: Seam) -> Seam:
-        """Return the seam with these leans, and with the spin if any is not 0."""
+        """Return the seam with these leans, with the spin if any is not 0, and with the words about fast turns."""
         spin = self.spin_rad if np.nan_to_num(self.spin_rad).any() else None
-        return replace(seam, lean_rad=self.lean_rad, spin_rad=spin)
+        return replace(seam, lean_rad=self.lean_rad, spin_rad=spin, reasons=(*seam.reasons, *self.fast))
 
     def beside(self, solids: Mapping[int, int]) -> Felt:
         """Return the same at a seam that is alike: the solids there, by those here."""
@@ -118,7 +125,7 @@ class Felt:
             np.array([solids.get(one, one) for one in own.tolist()], dtype=np.int64)
             for own in (self.solid, self.solid_after)
         )
-        return Felt(self.lean_rad, self.spin_rad, at, after)
+        return Felt(self.lean_rad, self.spin_rad, at, after, self.fast)
 
     @property
     def is_free(self) -> bool:
@@ -195,10 +202,16 @@ def _felt_each(graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: L
             free[rows, tier] = found.reshape(len(rows), -1, len(leans.spin_rad))
     steps = _Steps(graph, trimmed, own, leans, stations)
     chosen = _chosen_with_free_steps(steps, free.reshape(len(own), -1))
+    if stations is FeltAt.FRAMES:
+        steps.change_evenly(chosen)
     lean, spin, after = steps.felt(chosen)
     solid = np.where(chosen >= 0, -1, solid)
     columns = zip(*(np.split(values, cuts) for values in (lean, spin, solid, after)), strict=True)
-    return [Felt(rows, turns, at, between[:-1]) for rows, turns, at, between in columns]
+    starts = [0, *cuts.tolist()]
+    return [
+        Felt(rows, turns, at, between[:-1], steps.too_fast(chosen, first) if stations is FeltAt.FRAMES else ())
+        for first, (rows, turns, at, between) in zip(starts, columns, strict=True)
+    ]
 
 
 def _feel(
@@ -337,6 +350,71 @@ class _Steps:
         self.feel(set(asked), is_told=True)
         after[rows] = [self.known[each] for each in asked]
         return lean, spin, after
+
+    def change_evenly(self, chosen: IntArray) -> None:
+        """Spread changes of pose that are too fast over so much of a seam as they need, where the torch is free there.
+
+        `chosen` is changed: between the first and the last station of a change the poses are new ones.
+        """
+        changes = np.flatnonzero(self.joined & (chosen[1:] >= 0) & (chosen[:-1] >= 0) & (chosen[1:] != chosen[:-1]))
+        for row in changes[self._needs_mm(chosen[changes], chosen[changes + 1]) > self.step_mm[changes]].tolist():
+            for first, last, share in self._windows(row, chosen):
+                poses = self._poses_between(int(chosen[first]), int(chosen[last]), share[1:-1])
+                if self._is_free_way(first, poses):
+                    chosen[first : last + 1] = poses
+                    break
+
+    def too_fast(self, chosen: IntArray, start: int) -> tuple[str, ...]:
+        """Say where a torch turns faster than asked on the seam whose first station is `start`: the fastest turn."""
+        own = np.flatnonzero(self.joined & (self.own.owner[:-1] == self.own.owner[start]))
+        own = own[(chosen[own] >= 0) & (chosen[own + 1] >= 0)]
+        needs = self._needs_mm(chosen[own], chosen[own + 1])
+        over = needs - self.step_mm[own]
+        if not (over > 0.0).any():
+            return ()
+        row, rate = int(own[np.argmax(over)]), math.degrees(self.leans.rate_rad_mm)
+        turn, at_mm = rate * needs[np.argmax(over)], self.step_mm[start:row].sum()
+        where = f"within {self.step_mm[row]:.1f} mm, {at_mm:.0f} mm from its start"
+        return (f"the torch turns by {turn:.0f} deg {where}: it is not free there at {rate:g} deg per mm",)
+
+    def _windows(self, row: int, chosen: IntArray) -> list[tuple[int, int, FloatArray]]:
+        """Return between which stations the change after `row` may be spread, and the shares of the way at these."""
+        s, own = np.append(0.0, np.cumsum(self.step_mm)), self.own.owner
+        is_held = (own == own[row]) & (chosen >= 0) & (np.abs(s - s[row]) <= CHANGE_MM)
+        firsts = row - np.arange(np.argmin(np.append(is_held[row::-1], False)))
+        lasts = row + 1 + np.arange(np.argmin(np.append(is_held[row + 1 :], False)))
+        found = []
+        for first in firsts.tolist():
+            long = lasts[s[lasts] - s[first] >= self._needs_mm(chosen[first], chosen[lasts])]
+            if len(long):
+                found.append((first, int(long[0]), (s[first : long[0] + 1] - s[first]) / (s[long[0]] - s[first])))
+        middle = s[[row, row + 1]].mean()
+        return sorted(found, key=lambda way: abs(s[[way[0], way[1]]].mean() - middle))[:WINDOWS]
+
+    def _needs_mm(self, one: IntArray, other: IntArray) -> FloatArray:
+        """Return how much of a seam changes of pose need, shape (n,), mm."""
+        lean = np.linalg.norm(self.lean[other] - self.lean[one], axis=-1)
+        turn = lean + np.abs(turned(self.spin[other] - self.spin[one]))
+        return np.asarray(turn / self.leans.rate_rad_mm - ROUND_OFF_MM)
+
+    def _poses_between(self, one: int, other: int, share: FloatArray) -> IntArray:
+        """Return the numbers of new poses at shares of the change from a pose to another, with both."""
+        first = len(self.spin)
+        lean = self.lean[one] + share[:, None] * (self.lean[other] - self.lean[one])
+        spin = self.spin[one] + share * turned(self.spin[other] - self.spin[one])
+        self.lean, self.spin = np.concatenate([self.lean, lean]), np.concatenate([self.spin, turned(spin)])
+        return np.array([one, *range(first, len(self.spin)), other])
+
+    def _is_free_way(self, first: int, poses: IntArray) -> bool:
+        """Tell whether the torch meets nothing with poses at stations from `first` on, and between them."""
+        own, inner = self.own.select(slice(first + 1, first + len(poses) - 1)), poses[1:-1]
+        leant = replace(own, back=back_directions(own.R, self.lean[inner]), spin_rad=self.spin[inner])
+        for find in (find_solids_met, find_solids_beside_neck):
+            if (find(self.graph, self.trimmed, leant) >= 0).any():
+                return False
+        steps = {(first + row, int(poses[row]), int(poses[row + 1])) for row in range(len(poses) - 1)}
+        self.feel(steps)
+        return all(self.known[step] < 0 for step in steps)
 
     def alike(
         self, near: BoolArray, begin: IntArray, end: IntArray, free: BoolArray
