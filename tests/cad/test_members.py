@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 from build123d import Align, Axis, Box, Cylinder, Plane, Polyline, Pos, Sphere, extrude, make_face
 
@@ -78,6 +79,16 @@ def test_ribs_on_a_plate_are_welded_though_nothing_explains_the_dome_below() -> 
     assert not [seam for seam in fused_seams(moulded) if seam.accepted]
     milled = Box(300, 200, 60) + Pos(0, 0, -30) * dome - [Pos(x, 0, 20) * Box(120, 160, 50) for x in (-70, 70)]
     assert not [seam for seam in fused_seams(milled) if seam.accepted]
+
+
+@pytest.mark.parametrize("off", [0.0, 3.0], ids=["bent", "bevelled"])
+def test_a_bent_or_bevelled_shell_is_a_member_beside_plates(off: float) -> None:
+    shell = Cylinder(215, 500) - Pos(off, 0, 0) * Cylinder(200, 600) - Pos(-300, 0, 0) * Box(600, 600, 600)
+    ends = [Pos(107.5, 0, z) * Box(215, 430, 12) for z in (-250, 250)]
+    bucket = shell + ends + Pos(300, 0, 0) * Sphere(180) - Pos(off, 0, 0) * Cylinder(200, 488)
+    assert why_one_piece(*graph_of(bucket), 0) is not None
+    accepted = [seam for seam in fused_seams(bucket) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * np.pi * (200.0 + 215.0), rel=0.01)
 
 
 def test_an_upright_with_a_step_in_its_web_and_a_crossbar_keeps_its_roots() -> None:

@@ -66,6 +66,15 @@ HUB = {"S1": tube(60, 20, 0, 12), "S2": tube(20, 10, -20, 32)}
 BEARING = {"S1": tube(60, 40, 0, 30), "S2": tube(40, 30, 0.5, 29.5), "S3": tube(30, 20, 0, 30)}
 
 
+CUP = Cylinder(56, 190, align=LOW) - Pos(0, 0, 2) * Cylinder(54, 190, align=LOW)
+COLLAR = tube(75, 56, 90, 100)
+
+
+def continued(wide: float, out: float) -> Solids:
+    """Return a plate of 4 mm, and another one that goes on beside it."""
+    return {"S1": Box(200, 120, 4, align=LOW), "S2": Pos(100 + out / 2, 0, 0) * Box(out, wide, 4, align=LOW)}
+
+
 def blocks(size: float) -> Solids:
     """Return a small block on a larger one, of so many mm."""
     return {
@@ -101,8 +110,11 @@ def found(solids: Solids, **judging: Any) -> tuple[float, set[str], tuple[Seam, 
         (table(Box(70, 70, 700, align=LOW)), Rule.TIMBER, table(tube(30, 27, 0, 700))),
         (blocks(14.0), Rule.SMALLER_THAN_NOZZLE, blocks(70.0)),
         (wheel(Torus(100, 20)), Rule.ROLLING, wheel(Cylinder(101, 40))),
+        ({"S1": BASE, "S2": Box(90, 4, 4, align=LOW)}, Rule.TOO_THIN, {"S1": BASE, "S2": Box(90, 12, 12, align=LOW)}),
+        (continued(33, 12), Rule.CUT_IN_ONE, continued(120, 80)),
+        ({"S1": CUP, "S2": COLLAR}, Rule.ONE_PIECE, {"S1": tube(56, 54, 0, 190), "S2": COLLAR}),
     ],
-    ids=["pane", "bearing", "table", "terminal", "wheel"],
+    ids=["pane", "bearing", "table", "terminal", "wheel", "lip", "tab", "cup"],
 )
 def test_what_is_not_welded_is_told_by_its_shape(solids: Solids, rule: Rule, welded: Solids) -> None:
     taken_mm, rules, _ = found(solids)

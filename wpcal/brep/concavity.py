@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
-from wpcal.brep.graph import BrepGraph
+from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, IntArray
 
 LEAST_TURN_SIN = 0.139
 """Sine of 8 degrees: below it the two faces of an edge continue each other (the border of a round, not a corner)."""
+
+
+def inner_edges(graph: BrepGraph, solids: BoolArray | None = None) -> IntArray:
+    """Return the edges with a face on both sides, shape (m,); of all solids, or of those of a mask of shape (S,)."""
+    inner = (graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge & (graph.edge_kind != CurveKind.DEGENERATE)
+    return np.flatnonzero(inner if solids is None else inner & solids[graph.edge_solid])
 
 
 def are_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:

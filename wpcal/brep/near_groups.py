@@ -12,6 +12,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import THIN_MM, RayHits, passage, through_faces
+from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -94,8 +95,7 @@ class _Boxes:
         side = _unit(spread, np.zeros(3))
         lone = np.flatnonzero(~side.any(axis=1))
         if len(lone):
-            least = np.eye(3)[np.argmin(np.abs(along[lone]), axis=1)]
-            side[lone] = _unit(np.cross(along[lone], least), np.zeros(3))
+            side[lone] = square_to(along[lone])
         axes = np.stack([along, side, np.cross(along, side)], axis=1)
         frame = np.repeat(axes, counts, axis=0)
         ends = [np.einsum("mij,mj->mi", frame, p) for p in (p0, p1)]

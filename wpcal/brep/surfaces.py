@@ -48,7 +48,7 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
         surface, nearest = graph.face_nurbs[f[free]], graph.nearest_on_nurbs
         uv[free] = nearest.project(surface, points[free])
         p[free], du, dv = nearest.surfaces.evaluate(surface, uv[free])
-        n[free] = _unit(np.cross(du, dv))
+        n[free] = unit(np.cross(du, dv))
     return Foot(p, n * graph.face_outward[f][:, None], uv)
 
 
@@ -97,9 +97,15 @@ def _project_elementary(
     return frame[:, 0] + np.einsum("mij,mi->mj", axes, foot), np.einsum("mij,mi->mj", axes, normal), uv
 
 
-def _unit(v: FloatArray) -> FloatArray:
+def unit(v: FloatArray) -> FloatArray:
+    """Return vectors of unit length, shape (..., 3); zero where they are zero."""
     length = np.linalg.norm(v, axis=-1, keepdims=True)
     return np.asarray(v / np.where(length > 0, length, 1.0), dtype=np.float64)
+
+
+def square_to(v: FloatArray) -> FloatArray:
+    """Return a unit vector square to each vector, shape (..., 3)."""
+    return unit(np.cross(v, np.eye(3)[np.argmin(np.abs(v), axis=-1)]))
 
 
 def _radial(local: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.boxes import BoxTree
+from wpcal.brep.surfaces import square_to
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 20_000  #: Pairs of a tube and a triangle in one array: they stay in the processor's cache.
@@ -85,8 +86,7 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
     Returns ndarray, shape (n, k, 3). Relative to the axis, mm; the axis first.
     """
     circles = int(np.ceil(1.05 * radius_mm / LINES_MM))
-    u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])
-    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    u = square_to(back)
     w = np.cross(back, u)
     lines = [np.zeros((len(back), 1, 3))]
     for circle in range(1, circles + 1):

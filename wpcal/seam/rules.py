@@ -125,9 +125,9 @@ class Rule(Enum):
     )
     TOO_THIN = RuleRow(
         0.3,
-        "A solid is thinner than 0.5 mm.",
-        "An arc burns through it: a label, a pane in a file of the wrong unit, a sticker.",
-        "shape: thickness of plane solids, felt through the material",
+        "A solid is thinner than 1.2 mm, or a bar under 6 mm both ways.",
+        "An arc burns through what is thinner than its wire, and its pool is as wide as such a bar.",
+        "shape: thickness of plane solids, felt through the material; section of members",
     )
     TOO_SHORT = RuleRow(
         0.3,
@@ -226,6 +226,12 @@ class Rule(Enum):
         "Most of the line in which the two solids meet is inside a solid; this is the rest of it.",
         "Members are cut to fit each other; such solids were put into each other.",
         "length of all candidates between the two",
+    )
+    CUT_IN_ONE = RuleRow(
+        0.5,
+        "A plate up to 6 mm, narrower than the nozzle, has the thickness of another one and a side in a plane of it.",
+        "It would have been cut with it from one blank, and bent where it stands up.",
+        "shape: planes and section of the two",
     )
     LEFT_OVER = RuleRow(
         0.515,

@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
-from wpcal.brep.surfaces import off_axis, project_to_faces
+from wpcal.brep.surfaces import off_axis, project_to_faces, square_to, unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.tubes import find_tubes
@@ -83,8 +83,13 @@ class Surface:
     normal: FloatArray  #: shape (n, 3). Outward.
     face: IntArray  #: shape (n,).
     thick: FloatArray  #: shape (n,). How far straight through the material, mm.
-    flat: BoolArray  #: shape (n,). Whether the other side is parallel.
+    facing: FloatArray  #: shape (n,). Cosine between the outward normals here and on the other side.
     mm2: float  #: The area that each point stands for.
+
+    @property
+    def flat(self) -> BoolArray:
+        """Whether the other side is parallel, shape (n,)."""
+        return self.facing < OPPOSITE_COS
 
 
 def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surface:
@@ -93,7 +98,7 @@ def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surf
     sent = lines.send(graph, trimmed, graph.face_solid == solid, POINTS)
     rows = np.flatnonzero(np.linalg.norm(lines.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE)
     mm2 = 2.0 * np.pi * lines.radius**2 / (sent * LINES)
-    return Surface(lines.p[rows], lines.normal[rows], lines.face[rows], lines.thick[rows], lines.flat[rows], mm2)
+    return Surface(lines.p[rows], lines.normal[rows], lines.face[rows], lines.thick[rows], lines.facing[rows], mm2)
 
 
 @dataclass(slots=True, eq=False)
@@ -112,8 +117,8 @@ class _Lines:
     normal: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     #: shape (n,). How far straight through the material, mm.
     thick: FloatArray = field(default_factory=lambda: np.zeros(0))
-    #: shape (n,). Whether the other side is parallel.
-    flat: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    #: shape (n,). Cosine between the outward normals here and on the other side.
+    facing: FloatArray = field(default_factory=lambda: np.zeros(0))
     #: shape (n, RIM_WAYS). How thick the material is along the surface, mm; negative where it was not felt yet,
     #: infinite where the two sides are not parallel.
     across: FloatArray = field(default_factory=lambda: np.zeros((0, RIM_WAYS)))
@@ -145,11 +150,10 @@ class _Lines:
         # a line through the ball meets a surface as often as the two areas say
         hit = np.bincount(self.face[rows], minlength=graph.face_count)
         face_area = hit * (2.0 * np.pi * self.radius**2) / (sent * LINES)
-        is_plate = self.flat[rows] & (self.thick[rows] < FLATTEST * np.sqrt(face_area[self.face[rows]]))
+        flat = self.facing[rows] < OPPOSITE_COS
+        is_plate = flat & (self.thick[rows] < FLATTEST * np.sqrt(face_area[self.face[rows]]))
         wall = self._walls(graph, trimmed)
-        is_tube = self.flat[rows] & (
-            np.abs(self.thick[rows] - wall[self.face[rows]]) <= SAME_THICKNESS * self.thick[rows]
-        )
+        is_tube = flat & (np.abs(self.thick[rows] - wall[self.face[rows]]) <= SAME_THICKNESS * self.thick[rows])
         used, plates = _commonest(np.sort(self.thick[rows[is_plate & ~is_tube]]))
         plates += int(is_tube.sum())
         used = np.concatenate([used, np.unique(wall[np.isfinite(wall)])])
@@ -175,10 +179,8 @@ class _Lines:
         return ROUNDS
 
     def _send_round(self, graph: BrepGraph, trimmed: TrimmedFaces) -> None:
-        z = self.rng.normal(size=(LINES, 3))
-        z /= np.linalg.norm(z, axis=1, keepdims=True)
-        x = np.cross(z, self.rng.normal(size=(LINES, 3)))
-        x /= np.linalg.norm(x, axis=1, keepdims=True)
+        z = unit(self.rng.normal(size=(LINES, 3)))
+        x = unit(np.cross(z, self.rng.normal(size=(LINES, 3))))
         off = self.radius * np.sqrt(self.rng.uniform(size=LINES))[:, None] * x
         origins = self.centre + off - self.radius * z
         found = find_hits(graph, trimmed, origins, z, length_mm=2.0 * self.radius, solid=self.solid)
@@ -186,8 +188,8 @@ class _Lines:
         normal = project_to_faces(graph, found.face, p).normal
         inside = p - SKIN_MM * normal
         thick, opposite = way_out(graph, trimmed, self.solid, inside, -normal)
-        flat = np.einsum("ki,ki->k", normal, opposite) < OPPOSITE_COS
-        self.face, self.flat = np.concatenate([self.face, found.face]), np.concatenate([self.flat, flat])
+        self.face = np.concatenate([self.face, found.face])
+        self.facing = np.concatenate([self.facing, np.einsum("ki,ki->k", normal, opposite)])
         self.p, self.normal = np.concatenate([self.p, inside]), np.concatenate([self.normal, normal])
         self.thick = np.concatenate([self.thick, thick + SKIN_MM])
         self.across = np.concatenate([self.across, np.full((len(p), RIM_WAYS), -np.inf)])
@@ -197,8 +199,7 @@ class _Lines:
         """Feel how thick the material is along the surface: on the rim of a plate, one of the known thicknesses."""
         rows = rows[self.across[rows, 0] == -np.inf]
         p, normal = self.p[rows], self.normal[rows]
-        side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
-        side /= np.linalg.norm(side, axis=1, keepdims=True)
+        side = square_to(normal)
         other = np.cross(normal, side)
         for number, turn in enumerate(np.arange(RIM_WAYS) * np.pi / RIM_WAYS):
             way = np.cos(turn) * side + np.sin(turn) * other

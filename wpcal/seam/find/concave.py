@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.concavity import are_concave
+from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.curves import edge_lengths
-from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_SEAM_MM
@@ -26,10 +26,7 @@ def find_concave_edges(
     `but`: shape (F,). Faces whose edges do not count.
     Returns JoinedPieces. The left face of an edge as wall, the right one as base, gap zero; joint unknown, weld fillet.
     """
-    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
-    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
-    if solids is not None:
-        edges = edges[solids[graph.edge_solid[edges]]]
+    edges = inner_edges(graph, solids)
     if but is not None:
         edges = edges[~but[graph.edge_faces[edges]].any(axis=1)]
     edges = edges[edge_lengths(graph)[edges] >= min_length_mm]

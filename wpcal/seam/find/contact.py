@@ -71,7 +71,7 @@ def find_edge_contacts(
     t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, CONTACT_SAMPLES)
     on = _Touching(graph, trimmed, gap_mm)
     touching, deep = on.states(edge, face, t)
-    pair, first, last = _runs(touching)
+    pair, first, last = find_runs(touching)
     t0 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], first, -1)
     t1 = on.refine_end(edge[pair], face[pair], t[pair], deep[pair], last, +1)
     e, f = edge[pair], face[pair]
@@ -148,10 +148,9 @@ def clipped_range(
     return low, high
 
 
-def _runs(on: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the row and the first and last column of every run of true values longer than one."""
-    padded = np.pad(on, ((0, 0), (1, 1))).astype(np.int8)
-    change = np.diff(padded, axis=1)
+def find_runs(on: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the row and the first and last column of every run of true values longer than one; shape (m, n)."""
+    change = np.diff(np.pad(on, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, first = np.nonzero(change == 1)
     last = np.nonzero(change == -1)[1] - 1
     long = last > first

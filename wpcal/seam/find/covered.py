@@ -12,6 +12,7 @@ from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import find_hits
 from wpcal.brep.material import ExactMaterial, find_solids_around
+from wpcal.brep.surfaces import unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.given_names import is_given_name
@@ -90,8 +91,7 @@ def _points_inside(
     """Return places inside solids, half way along random lines through them: their solids, and points (n, 3)."""
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
     solid = np.repeat(solids, LINES * count)
-    way = rng.normal(size=(len(solid), 3))
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    way = unit(rng.normal(size=(len(solid), 3)))
     through = low[solid] + (high - low)[solid] * rng.uniform(size=(len(solid), 3))
     reach = np.linalg.norm(high - low, axis=1)[solid] + 1.0
     start = through - reach[:, None] * way

@@ -21,6 +21,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import USUAL_TORCH
+from wpcal.seam.find.contact import find_runs
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_groove_roots, pipe_ranges
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
 
@@ -138,7 +139,7 @@ class FlareSearch:
         closed = on.all(axis=1) & is_turn
         if is_turn:
             on, s = _from_a_gap(on, s)
-        row, first_on, last_on = _runs(on)
+        row, first_on, last_on = find_runs(on)
         own, ball = pairs.select(row), ball_mm[row]
         s0 = self._end(own, s[row], first_on, -1, ball)
         s1 = self._end(own, s[row], last_on, +1, ball)
@@ -229,12 +230,3 @@ def _from_a_gap(on: BoolArray, s: FloatArray) -> tuple[BoolArray, FloatArray]:
     column = (np.arange(on.shape[1]) + first[:, None]) % (on.shape[1] - 1)
     turned = np.take_along_axis(on, column, axis=1)
     return turned, s + (s[:, 1] - s[:, 0])[:, None] * first[:, None]
-
-
-def _runs(on: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the row and the first and last column of every run of true values longer than one."""
-    change = np.diff(np.pad(on, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-    row, first = np.nonzero(change == 1)
-    last = np.nonzero(change == -1)[1] - 1
-    long = last > first
-    return row[long], first[long], last[long]

@@ -8,7 +8,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.meeting import meet_surfaces
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -73,9 +73,7 @@ def find_groove_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Root
     foot = project_to_faces(graph, pairs.other, centre)
     height = np.einsum("ki,ki->k", centre - foot.p, foot.normal)
     tilt = np.einsum("ki,ki->k", foot.normal, x)
-    m = -foot.normal + tilt[:, None] * x
-    length = np.linalg.norm(m, axis=1, keepdims=True)
-    m /= np.where(length > 0, length, 1.0)
+    m = unit(-foot.normal + tilt[:, None] * x)
     return Roots(centre, x, m, pairs.side[:, None] * np.cross(x, m), height - radius, np.abs(tilt), radius)
 
 

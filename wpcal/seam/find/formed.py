@@ -54,15 +54,15 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
     for k in (0, 1):
         beyond = corner + t / 2 * n[1 - k][rows] - BEND_STEP_MM * away[1 - k][rows]
         for along in (0.0 * half, *(sign * (half + share * t) for sign in (-1.0, 1.0) for share in BEND_ENDS)):
-            bent[rows] &= ~_are_inside(graph, trimmed, solid[rows], beyond + along * x[rows])
+            bent[rows] &= ~are_inside(graph, trimmed, solid[rows], beyond + along * x[rows])
     meeting = np.bincount(graph.edge_vertices[edges[bent & (thick[0] > MOULDED_MM)]].ravel(), minlength=1)
     corners = np.flatnonzero(meeting >= FOLDS)
     boxes = solid[np.isin(graph.edge_vertices[edges], corners).any(axis=1)]
     return np.asarray(bent & ~np.isin(solid, boxes))
 
 
-def _are_inside(graph: BrepGraph, trimmed: TrimmedFaces, solid: IntArray, points: FloatArray) -> BoolArray:
-    """Tell which points are inside a solid, one solid per point."""
+def are_inside(graph: BrepGraph, trimmed: TrimmedFaces, solid: IntArray, points: FloatArray) -> BoolArray:
+    """Tell which points (k, 3) are inside a solid, one solid per point, shape (k,)."""
     inside = np.zeros(len(points), dtype=bool)
     point, around = find_solids_around(ExactMaterial(graph, trimmed), points)
     inside[point[around == solid[point]]] = True

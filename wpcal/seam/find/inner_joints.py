@@ -13,11 +13,11 @@ import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.material import ExactMaterial, find_solids_around
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.built_up import way_out
+from wpcal.seam.find.formed import are_inside
 from wpcal.seam.find.joint import JoinedPieces, JointView
 from wpcal.seam.seam import JointType
 
@@ -63,7 +63,7 @@ def _words(
     thickness, height = np.minimum(through, along), way_out(graph, trimmed, solid, inside, up)[0]
     known = np.isfinite(thickness) & np.isfinite(height) & np.isfinite(through)
     beyond = p + np.where(known, (1.0 + BEYOND) * through, 0.0)[:, None] * behind - SKIN_MM * n_base
-    goes_on = _is_in(graph, trimmed, solid, beyond)
+    goes_on = are_inside(graph, trimmed, solid, beyond)
     words = []
     for is_known, upright, base_beyond in zip(known, height >= thickness, goes_on, strict=True):
         view = JointView(
@@ -81,13 +81,4 @@ def _words(
 
 def _across(vector: FloatArray, normal: FloatArray) -> FloatArray:
     """Return the part of vectors across unit normals, of unit length; zero where there is none."""
-    across = vector - np.einsum("ki,ki->k", vector, normal)[:, None] * normal
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    return np.asarray(across / np.where(length > 0, length, 1.0), dtype=np.float64)
-
-
-def _is_in(graph: BrepGraph, trimmed: TrimmedFaces, solid: IntArray, points: FloatArray) -> BoolArray:
-    row, around = find_solids_around(ExactMaterial(graph, trimmed), points)
-    inside = np.zeros(len(points), dtype=bool)
-    inside[row[around == solid[row]]] = True
-    return inside
+    return unit(vector - np.einsum("ki,ki->k", vector, normal)[:, None] * normal)

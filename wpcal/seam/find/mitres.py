@@ -11,9 +11,9 @@ from itertools import groupby
 
 import numpy as np
 
-from wpcal.brep.concavity import LEAST_TURN_SIN
+from wpcal.brep.concavity import LEAST_TURN_SIN, inner_edges
 from wpcal.brep.curves import evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -63,8 +63,7 @@ def find_mitres(graph: BrepGraph, trimmed: TrimmedFaces, solids: BoolArray) -> J
 
 def _between_cylinders(graph: BrepGraph, solids: BoolArray) -> IntArray:
     """Return the edges between two outer cylinders of one radius with different axes."""
-    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
-    edges = edges[solids[graph.edge_solid[edges]] & (graph.edge_kind[edges] != CurveKind.DEGENERATE)]
+    edges = inner_edges(graph, solids)
     faces = graph.edge_faces[edges]
     round_ = (graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)
     radius, z = graph.face_param[faces, 0], graph.face_frame[faces, 3]

@@ -13,7 +13,7 @@ import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.contact import CHUNK, EdgeContacts
@@ -98,14 +98,9 @@ def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
 
     `normal`, `slope`: shape (m, 3). Normals of a face, and directions of the edge.
     """
-    x = _unit(slope)
+    x = unit(slope)
     across = normal - np.einsum("ki,ki->k", normal, x)[:, None] * x
-    return sign * _unit(across)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0, length, 1.0), dtype=np.float64)
+    return sign * unit(across)
 
 
 def stations_of(graph: BrepGraph, contacts: EdgeContacts) -> tuple[IntArray, FloatArray]:
@@ -172,8 +167,7 @@ def _base(
 ) -> tuple[IntArray, FloatArray, BoolArray]:
     """Return the face that the weld is laid on, its normal, and whether it continues beyond the wall."""
     out = n_wall - np.einsum("ki,ki->k", n_wall, n_face)[:, None] * n_face
-    length = np.linalg.norm(out, axis=1, keepdims=True)
-    continues = is_on(graph, trimmed, face, p + ledge_mm * out / np.where(length > 0, length, 1.0))
+    continues = is_on(graph, trimmed, face, p + ledge_mm * unit(out))
     base, normal = face.copy(), n_face.copy()
     rows = np.flatnonzero(~continues)
     neighbour = _faces_around_corner(graph, trimmed, face[rows], p[rows])

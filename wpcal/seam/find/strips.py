@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wpcal.brep.concavity import LEAST_TURN_SIN
+from wpcal.brep.concavity import LEAST_TURN_SIN, inner_edges
 from wpcal.brep.curves import edge_lengths, evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.surfaces import project_to_faces
@@ -59,10 +59,7 @@ def find_strips(
 
     `solids`: shape (S,). Only these solids are searched; by default all.
     """
-    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
-    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
-    if solids is not None:
-        edges = edges[solids[graph.edge_solid[edges]]]
+    edges = inner_edges(graph, solids)
     p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
     left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
     turn = np.cross(left, right)

@@ -13,14 +13,17 @@ from typing import Any
 import numpy as np
 
 from wpcal.brep.boxes import boxes_of_solids
-from wpcal.brep.graph import BrepGraph
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
-from wpcal.seam.find.built_up import is_turned
+from wpcal.seam.find.built_up import SAME_THICKNESS, is_turned
+from wpcal.seam.find.formed import THICKEST_BEND_MM
 from wpcal.seam.judge.closed_in import find_held
 from wpcal.seam.judge.held_fast import is_gasket, is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
+from wpcal.seam.limits import FLUSH_MM
 from wpcal.seam.member.heavy_bars import find_bar, why_timber
+from wpcal.seam.member.members import ON_COS, MemberKind, members_of
 from wpcal.seam.member.note import Members
 from wpcal.seam.member.one_piece import OnePieces
 from wpcal.seam.rules import Rule
@@ -29,7 +32,9 @@ from wpcal.seam.seam import Finding
 SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
-THINNEST_MM = 0.5  #: The thinnest sheet that is welded with an arc is about as thick.
+THINNEST_MM, THINNEST_BAR_MM = 1.2, 6.0
+"""An arc burns through sheet that is thinner than the usual wire, and melts bars that are thinner than its pool is wide
+in both directions."""
 
 RINGS = (
     (is_held_fast, Rule.HELD_FAST, "one of the two is a ring between two shoulders of the other"),
@@ -94,13 +99,14 @@ class ShapeLooks:
             )
             yield Rule.SMALLER_THAN_NOZZLE.found(f"{words}; the nozzle of the torch has {self.nozzle_mm:g} mm")
         for solid in (a, b):
-            thick = self._of_equals(_thick_mm, solid)
-            if thick < THINNEST_MM:
-                words = f"{self.graph.solid_names[solid]} is {thick:.2g} mm thick"
-                yield Rule.TOO_THIN.found(f"{words}: no arc welds less than {THINNEST_MM:g} mm")
+            thin = self._of_equals(_why_thin, solid)
+            if thin:
+                yield Rule.TOO_THIN.found(f"{self.graph.solid_names[solid]} is {thin}: an arc burns through it")
         for solid in (a, b):
             if self._of_equals(has_round_tread, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
+        if any(_are_cut_in_one(self.graph, self.trimmed, *own, self.nozzle_mm) for own in ((a, b), (b, a))):
+            yield Rule.CUT_IN_ONE.found("one is a tab as thin as the other, in a plane of it")
         rings = RINGS if any(self._of_equals(_is_turned, solid) for solid in (a, b)) else ()
         orders = ((a, b), (b, a))
         found = (rule.found(words) for look, rule, words in rings if any(self._once(look, *own) for own in orders))
@@ -138,10 +144,31 @@ class ShapeLooks:
         return self._known[key]
 
 
-def _thick_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
-    """Return the thickness of a plate or bar, mm; infinite for another solid."""
-    bar = find_bar(graph, trimmed, solid)
-    return np.inf if bar is None else bar.thick
+def _why_thin(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str:
+    """Say how thin a sheet or bar is that an arc burns through; empty for another solid."""
+    bar, found = find_bar(graph, trimmed, solid), members_of(graph, trimmed, solid)
+    if bar is not None and bar.thick < THINNEST_MM:
+        return f"{bar.thick:.2g} mm thick"
+    two = sorted((*found.members[0].section.tolist(), found.members[0].length_mm))[:2] if found.is_one else [0.0]
+    return f"a bar of {two[0]:.2g} x {two[1]:.2g} mm" if two[0] > 0.0 and two[1] < THINNEST_BAR_MM else ""
+
+
+def _are_cut_in_one(graph: BrepGraph, trimmed: TrimmedFaces, tab: int, other: int, most_mm: float) -> bool:
+    """Tell whether a narrow plate is as thin as another solid, and one of its sides is in a plane of that."""
+    found, bar = members_of(graph, trimmed, tab), find_bar(graph, trimmed, other)
+    if bar is None or not found.is_one or found.members[0].kind not in (MemberKind.PLATE, MemberKind.BAR):
+        return False
+    thick, wide, _ = sorted((*found.members[0].section.tolist(), found.members[0].length_mm))
+    if wide > most_mm or thick > THICKEST_BEND_MM or abs(bar.thick - thick) > SAME_THICKNESS * thick:
+        return False
+    own, there = (
+        np.flatnonzero((graph.face_solid == k) & (graph.face_kind == SurfaceKind.PLANE)) for k in (tab, other)
+    )
+    n, m = (graph.face_frame[faces, 3] * graph.face_outward[faces][:, None] for faces in (own, there))
+    p, q = graph.face_frame[own, 0], graph.face_frame[there, 0]
+    in_plane = (np.abs(np.einsum("ijk,ik->ij", q - p[:, None], n)) <= FLUSH_MM) & (n @ m.T > ON_COS)
+    behind = (np.abs(np.einsum("ijk,ik->ij", p - p[:, None], n) + thick) <= FLUSH_MM) & (n @ n.T < -ON_COS)
+    return bool((in_plane.any(axis=1) & behind.any(axis=1)).any())
 
 
 def _is_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
+from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
@@ -236,8 +237,7 @@ def _is_wide_round(graph: BrepGraph, radius_mm: float) -> BoolArray:
 
 def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
     """Return places on circles around directions, relative to their centres, mm; shape (n, count, 3)."""
-    u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])
-    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    u = square_to(back)
     w = np.cross(back, u)
     turn = np.arange(count) * 2.0 * np.pi / count
     return np.asarray(radius_mm * (np.cos(turn)[:, None] * u[:, None] + np.sin(turn)[:, None] * w[:, None]))

@@ -12,6 +12,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import find_hits
+from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
@@ -54,8 +55,7 @@ def _held(
     p, way = np.repeat(start, count, axis=0), np.tile(ways, (len(rows), 1))
     meets, solid = _meet(graph, trimmed, p, way)
     free = np.flatnonzero(~meets)
-    side = np.cross(way[free], np.eye(3)[np.argmin(np.abs(way[free]), axis=1)])
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    side = square_to(way[free])
     other = np.cross(way[free], side)
     is_wide = np.ones(len(free), dtype=bool)
     for turn in np.arange(AROUND) * 2.0 * np.pi / AROUND:

@@ -16,13 +16,13 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array, eye_array, hstack
 
-from wpcal.brep.concavity import are_concave
+from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.curves import evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
-from wpcal.brep.surfaces import off_axis, project_to_faces
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis, project_to_faces, square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP, SAME_THICKNESS, Surface, sampled_surface
+from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP, OPPOSITE_COS, SAME_THICKNESS, Surface, sampled_surface
 from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.find.tubes import find_tubes
 from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
@@ -56,6 +56,8 @@ SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 than this share of its height."""
 STOUT_MM = (20.0, 100.0)  #: A stout piece of bar is a member if it is so long, at most so thick, and the whole solid.
 DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
+BEVEL_COS, BEVELLED = -0.985, 0.25
+"""The sides of a bevelled plate are within 10 degrees of opposite, and its thickness changes by so much."""
 LEAST_OF_FACE = 0.8  #: A member explains a face if it explains more than this share of it.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
@@ -111,15 +113,14 @@ class Member:
 
     @property
     def is_hollow(self) -> bool:
-        """Tell whether it is a round tube, or of a rolled section: nobody makes such things of wood."""
-        return self.kind is MemberKind.PROFILE or (
-            self.kind is MemberKind.ROUND and self.thickness_mm < self.section[0]
-        )
+        """Tell whether it is a round tube, a rolled section or a bent plate: nobody makes such things of wood."""
+        is_tube = self.kind is MemberKind.ROUND and self.thickness_mm < self.section[0]
+        return self.kind is MemberKind.PROFILE or is_tube or (self.kind is MemberKind.SHEET and self.is_slender)
 
     @property
     def is_slender(self) -> bool:
         """Tell whether it is so thin for its size that it was hardly milled, and too thick to be moulded."""
-        if self.kind is MemberKind.SHEET or self.thickness_mm <= MOULDED_MM:
+        if self.thickness_mm <= MOULDED_MM:
             return False
         if self.kind in (MemberKind.TUBE, MemberKind.ROUND):  # a wall
             return bool(self.thickness_mm <= SLENDER_WALL * self.section[0])
@@ -468,7 +469,7 @@ def _are_only_beside(graph: BrepGraph, known: BoolArray) -> BoolArray:
 
 def _convex_faces(graph: BrepGraph, solid: int) -> BoolArray:
     """Tell which faces belong to a solid that has no hollow corner beside them, shape (F,)."""
-    edges = _edges_inside(graph, solid)
+    edges = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
     convex = np.asarray(graph.face_solid == solid, dtype=bool)
     convex[graph.edge_faces[edges[are_concave(graph, edges)]]] = False
     return convex
@@ -476,8 +477,7 @@ def _convex_faces(graph: BrepGraph, solid: int) -> BoolArray:
 
 def _is_inside(surface: Surface, stretch: Prism) -> BoolArray:
     """Tell which points lie inside the section of a stretch, seen along it (even-odd rule)."""
-    u = np.cross(stretch.way, np.eye(3)[np.argmin(np.abs(stretch.way))])
-    u /= np.linalg.norm(u)
+    u = square_to(stretch.way)
     x, y = surface.p @ u, surface.p @ np.cross(stretch.way, u)
     q0 = stretch.contour.corners
     q1 = np.roll(q0, -1, axis=0)
@@ -519,16 +519,35 @@ def _round(graph: BrepGraph, surface: Surface, faces: frozenset[int], thick: flo
 
 
 def _sheets(graph: BrepGraph, smooth: IntArray, surface: Surface) -> Iterator[tuple[Member, BoolArray]]:
-    """Yield one side each of formed sheets: faces that run smoothly into each other, one thickness behind them."""
-    curved = surface.flat & (graph.face_kind[surface.face] != SurfaceKind.PLANE)
-    for t in _commonest(surface.thick[curved]):
-        same = surface.flat & (np.abs(surface.thick - t) <= SAME_THICKNESS * t)
-        for faces in _linked(graph, smooth, set(surface.face[same].tolist())):
-            on = same & np.isin(surface.face, list(faces))
-            if (on & curved).any() and t <= FLATTEST * np.sqrt(on.sum() * surface.mm2):
-                rims = np.isin(surface.face, list(_beside(graph, faces))) & ~surface.flat
-                member = Member(MemberKind.SHEET, faces, np.zeros(3), np.array([t, t]), t, 0.0)
-                yield member, on | rims
+    """Yield one side each of formed sheets: faces that run smoothly into each other, one thickness behind them.
+
+    And of bevelled ones, whose thickness changes by up to `BEVELLED`.
+    """
+    curved = graph.face_kind[surface.face] != SurfaceKind.PLANE
+    for opposite, change, flattest in ((OPPOSITE_COS, SAME_THICKNESS, FLATTEST), (BEVEL_COS, BEVELLED, SLENDER_PLATE)):
+        facing, bevelled = surface.facing < opposite, change == BEVELLED
+        own = facing & np.where(bevelled, surface.thick > MOULDED_MM, curved)
+        for t in _commonest(surface.thick[own], change):
+            same = facing & (np.abs(surface.thick - t) <= change * t)
+            for faces in _linked(graph, smooth, set(surface.face[same].tolist())):
+                on, ruled = same & np.isin(surface.face, list(faces)), _is_ruled(graph, faces)
+                wide, thick = float(np.sqrt(on.sum() * surface.mm2)), np.quantile(surface.thick[on], (0.1, 0.9))
+                changes = ruled and np.ptp(thick) > SAME_THICKNESS * t
+                if (on & own).any() and (changes or not bevelled) and t <= flattest * wide:
+                    rims = np.isin(surface.face, list(_beside(graph, faces))) & ~surface.flat
+                    section = np.array([t, wide])
+                    yield Member(MemberKind.SHEET, faces, np.zeros(3), section, t, wide * ruled), on | rims
+
+
+def _is_ruled(graph: BrepGraph, faces: frozenset[int]) -> bool:
+    """Tell whether faces are planes and cylinders along one direction, as those of a plate that was rolled or bent."""
+    own = np.array(sorted(faces))
+    kinds, axes = graph.face_kind[own], graph.face_frame[own, 3]
+    way = axes[kinds == SurfaceKind.CYLINDER]
+    if not np.isin(kinds, (SurfaceKind.PLANE, SurfaceKind.CYLINDER)).all():
+        return False
+    cos = np.abs(axes @ way[0]) if len(way) else np.zeros(1)
+    return bool((np.where(kinds == SurfaceKind.PLANE, 1.0 - cos, cos) > ON_COS).all())
 
 
 def _linked(graph: BrepGraph, smooth: IntArray, faces: set[int]) -> Iterator[frozenset[int]]:
@@ -550,23 +569,17 @@ def _linked(graph: BrepGraph, smooth: IntArray, faces: set[int]) -> Iterator[fro
         yield frozenset(group)
 
 
-def _edges_inside(graph: BrepGraph, solid: int) -> IntArray:
-    """Return the edges of a solid that have a face on both sides."""
-    edges = np.flatnonzero((graph.edge_solid == solid) & (graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
-    return np.asarray(edges[graph.edge_kind[edges] != CurveKind.DEGENERATE])
-
-
 def _smooth_edges(graph: BrepGraph, solid: int) -> IntArray:
     """Return the edges of a solid along which its faces run smoothly into each other."""
-    edges = _edges_inside(graph, solid)
+    edges = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
     p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
     left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
     return np.asarray(edges[np.einsum("ki,ki->k", left, right) > SMOOTH_COS])
 
 
-def _commonest(thick: FloatArray) -> list[float]:
-    """Return the different thicknesses among many, those that agree within `SAME_THICKNESS` once."""
+def _commonest(thick: FloatArray, same: float) -> list[float]:
+    """Return the different thicknesses among many, those that agree within a share once."""
     found: dict[int, list[float]] = defaultdict(list)
     for t in thick[np.isfinite(thick) & (thick > 0)].tolist():
-        found[round(np.log(t) / SAME_THICKNESS)].append(t)
+        found[round(np.log(t) / same)].append(t)
     return [float(np.median(own)) for own in found.values() if len(own) > 2]

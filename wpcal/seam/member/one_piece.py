@@ -14,6 +14,7 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.issue import Issue
@@ -39,6 +40,7 @@ DETAIL = 0.3  #: A solid is small if its box has less than this share of the dia
 DRAWN_APART, MOST_ASKED = 4, 40
 """So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
 MOST_TOLD = 3  #: Most solids that are told of.
+VESSEL_WALL = 0.03  #: A vessel that was drawn or blown has a wall thinner than this share of its width.
 SAME_LENGTH_MM = 0.01
 """Edges whose lengths agree within this are equal. Solids with equal edges and faces are one body."""
 
@@ -72,6 +74,8 @@ class OnePieces:
         return kinds.astype(np.int64).tobytes() + lengths.astype(np.int64).tobytes()
 
     def _look(self, solid: int) -> str | None:
+        if _is_vessel(self.graph, self.trimmed, solid):
+            return "it is a thin cup, deeper than wide: it looks drawn, blown or moulded"
         if members_of(self.graph, self.trimmed, solid).is_one or self._is_turned(solid):
             return None
         why = why_one_piece(self.graph, self.trimmed, solid)
@@ -88,6 +92,19 @@ class OnePieces:
         points = sampled_surface(graph, self.trimmed, solid).face
         fits = np.isin(points, faces[round_ | hollow[faces]])
         return bool(round_.any() and len(fits) and fits.mean() >= LEAST_BUILT_UP)
+
+
+def _is_vessel(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
+    """Tell whether a turned solid is a cup deeper than wide, with a wall thinner than `VESSEL_WALL` of its width."""
+    faces = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.CYLINDER))
+    bores, radius = faces[graph.face_outward[faces] < 0], graph.face_param[faces, 0]
+    if len(bores) == 0 or not is_turned(graph, solid):
+        return False
+    o, z = graph.face_frame[bores[0], 0], graph.face_frame[bores[0], 3]
+    inner, surface = float(graph.face_param[bores, 0].max()), sampled_surface(graph, trimmed, solid)
+    closed = (off_axis(surface.p, o, z) < inner / 2) & (np.abs(surface.normal @ z) > ON_COS)
+    is_deep = np.ptp(np.concatenate([trimmed.heights(face, z) for face in bores.tolist()])) > 2.0 * inner
+    return bool(closed.any() and is_deep and radius.max() - inner < VESSEL_WALL * 2.0 * inner)
 
 
 def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:

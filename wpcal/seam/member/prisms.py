@@ -14,6 +14,7 @@ import numpy as np
 
 from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -116,8 +117,7 @@ def _seen_along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatA
     edges = lines[np.linalg.norm(np.cross(graph.edge_frame[lines, 1], way), axis=1) <= SAME_WAY]
     ends = graph.edge_frame[edges, None, 0] + graph.edge_range[edges][..., None] * graph.edge_frame[edges, None, 1]
     height = ends @ way
-    u = np.cross(way, np.eye(3)[np.argmin(np.abs(way))])
-    u /= np.linalg.norm(u)
+    u = square_to(way)
     plane = np.stack([u, np.cross(way, u)])
     turn = np.linalg.norm(np.cross(graph.face_frame[:, 3], way), axis=1)
     lateral = (graph.face_kind == SurfaceKind.PLANE) & (np.abs(graph.face_frame[:, 3] @ way) <= LATERAL_SIN)

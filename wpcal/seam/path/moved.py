@@ -12,7 +12,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.meeting import MovedFaces, meet_moved
 from wpcal.brep.nearest_on_edges import project_to_edges
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import project_to_faces, unit
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.path.discretise import run_lengths
@@ -102,7 +102,7 @@ class StillSeams:
         n_still = [project_to_faces(graph, face, met_still).normal for face in self.faces]
         n_now = [face.feet(graph, met)[1] for face in now]
         x_still = np.where(is_met[:, None], _crossing(n_still, x), x)
-        x_now = np.where(is_met[:, None], _crossing(n_now, x_each[0]), _unit(x_each[0] + x_each[1]))
+        x_now = np.where(is_met[:, None], _crossing(n_now, x_each[0]), unit(x_each[0] + x_each[1]))
         turn = frames_from_normals(x_now, *n_now) @ frames_from_normals(x_still, *n_still).transpose(0, 2, 1)
         # a point that the model has off its faces (root gap, bridge) keeps its place beside them
         moved = met + np.einsum("nij,nj->ni", turn, p - met_still)
@@ -175,12 +175,7 @@ def _gaps_of_pieces(piece: IntArray, gap: FloatArray, count: int) -> FloatArray:
 def _crossing(normals: Sequence[FloatArray], x: FloatArray) -> FloatArray:
     """Return the unit tangents of the curve in which two surfaces cross, in the sense of x, shape (n, 3)."""
     along = np.cross(normals[0], normals[1])
-    return _unit(np.where((np.einsum("ni,ni->n", along, x) < 0.0)[:, None], -along, along))
-
-
-def _unit(v: FloatArray) -> FloatArray:
-    length = np.linalg.norm(v, axis=1, keepdims=True)
-    return np.asarray(v / np.where(length > 0.0, length, 1.0))
+    return unit(np.where((np.einsum("ni,ni->n", along, x) < 0.0)[:, None], -along, along))
 
 
 def _piece_of_each(graph: BrepGraph, seams: Sequence[Seam]) -> IntArray:
