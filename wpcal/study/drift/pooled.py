@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -32,6 +32,9 @@ LEAST_POSED = 4  #: Three points leave three numbers, as many as the tool has.
 TOOL_ERRORS_MM = np.geomspace(0.03, 3.0, 24)  #: Standard deviations of the tool that are weighed.
 MOST_SQUARE = 20.0  #: A job that is further off, by its normalised square, has a blunder, and counts as this far.
 NORMAL_MAD = 1.4826  #: Standard deviation over the median distance from the median, of normal errors.
+
+Seen: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""Shapes (3 p, k), (k, 3) and (p, 3): directions of residuals, what errors of the tool make of them, and places."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +68,12 @@ def pool_jobs(parts: Sequence[PartJobs]) -> CellErrors:
         raise InputError(
             f"the errors of a cell need {LEAST_JOBS} jobs of one part with {LEAST_POINTS} points in all of them"
         )
-    squares, weight = 0.0, 0
-    for part in used:
-        count = part.residuals[0].size
-        scatter = NORMAL_MAD * np.median(np.abs(part.residuals - np.median(part.residuals, axis=0)), axis=0)
-        squares += len(part.names) * float(np.mean(scatter**2)) * count / max(count - 6, 1)
+    squares, weight, by_tool = 0.0, 0, [[*_by_tool(part)] for part in used]
+    for part, seen in zip(used, by_tool, strict=True):
+        count, taken = part.residuals[0].size, 6.0 + float(np.mean([U.shape[1] for U, _, _ in seen]))
+        left = np.array([r.ravel() - U @ (U.T @ r.ravel()) for r, (U, _, _) in zip(part.residuals, seen, strict=True)])
+        scatter = NORMAL_MAD * np.median(np.abs(left - np.median(left, axis=0)), axis=0)
+        squares += len(part.names) * float(np.mean(scatter**2)) * count / max(count - taken, 1.0)
         weight += len(part.names)
     sigma = Sigma.stated(math.sqrt(squares / weight)).mm
     logs = []
@@ -86,18 +90,23 @@ def pool_jobs(parts: Sequence[PartJobs]) -> CellErrors:
     total = float(a2.sum())
     length = float(nodes.lengths_mm @ a2 / total) if total else float(nodes.lengths_mm.mean())
     field = RobotField(math.sqrt(total), length, FieldOrigin.POOLED)
-    return CellErrors(sigma, field, weight, _pooled_tool(used, sigma, field))
+    return CellErrors(sigma, field, weight, _pooled_tool(used, by_tool, sigma, field))
 
 
-def _pooled_tool(parts: Sequence[PartJobs], sigma_mm: float, field: RobotField) -> ToolError | None:
+def _pooled_tool(
+    parts: Sequence[PartJobs], by_tool: Sequence[Sequence[Seen]], sigma_mm: float, field: RobotField
+) -> ToolError | None:
     """Weigh errors of the tool by what the residuals of each job tell: with a log-even prior, and without blunders."""
-    seen = [each for part in parts for each in _seen_of_tool(part, sigma_mm, field)]
-    if len(seen) < LEAST_JOBS:
+    pairs = [pair for part, seen in zip(parts, by_tool, strict=True) for pair in zip(part.residuals, seen, strict=True)]
+    told = [(left.ravel(), *each) for left, each in pairs if each[0].shape[1]]
+    if len(told) < LEAST_JOBS:
         return None
     side2, along2 = (each.ravel()[:, None] ** 2 for each in np.meshgrid(TOOL_ERRORS_MM, TOOL_ERRORS_MM))
     prior = np.concatenate([side2, side2, along2], axis=1)
     log = np.zeros(len(prior))
-    for y, S, own in seen:
+    for left, U, S, places in told:
+        smooth = np.kron(correlation(places, places, field.length_mm), np.eye(3))
+        y, own = U.T @ left, sigma_mm**2 * np.eye(U.shape[1]) + field.amplitude_mm**2 * U.T @ smooth @ U
         V = own + np.einsum("ij,gj,kj->gik", S, prior, S)
         drawn = np.einsum("i,gij,j->g", y, np.linalg.inv(V), y)
         log -= 0.5 * (np.linalg.slogdet(V)[1] + np.minimum(drawn, MOST_SQUARE))
@@ -106,19 +115,15 @@ def _pooled_tool(parts: Sequence[PartJobs], sigma_mm: float, field: RobotField) 
     return ToolError(side, along)
 
 
-def _seen_of_tool(part: PartJobs, sigma_mm: float, field: RobotField) -> Iterator[tuple[FloatArray, ...]]:
-    """Yield for each job what residuals show along errors of the tool, (k,), what these do, (k, 3), and their noise."""
-    if part.angles is None:
-        return
-    for T, left, angles in zip(part.T_base_part, part.residuals, part.angles, strict=True):
-        if np.isnan(angles).any() or len(angles) < LEAST_POSED:
-            continue
-        places = part.places @ T[:3, :3].T
-        turned = Rotation.from_euler("ZYX", angles).as_matrix().reshape(-1, 3)
+def _by_tool(part: PartJobs) -> Iterator[Seen]:
+    """Yield for each job the directions of residuals along which errors of the tool show, and how much they do."""
+    for T, angles in zip(
+        part.T_base_part, part.residuals * np.nan if part.angles is None else part.angles, strict=True
+    ):
+        places, k = part.places @ T[:3, :3].T, 0
+        turned = Rotation.from_euler("ZYX", np.nan_to_num(angles)).as_matrix().reshape(-1, 3)
         Q = np.linalg.qr(point_jacobian(places - places.mean(axis=0)).reshape(-1, 6))[0]
         U, S, Vt = np.linalg.svd(turned - Q @ (Q.T @ turned), full_matrices=False)
-        k = int(np.count_nonzero(LEAST_SEEN * math.sqrt(len(angles)) <= S))
-        if k:
-            smooth = np.kron(correlation(places, places, field.length_mm), np.eye(3))
-            own = sigma_mm**2 * np.eye(k) + field.amplitude_mm**2 * U[:, :k].T @ smooth @ U[:, :k]
-            yield U[:, :k].T @ left.ravel(), S[:k, None] * Vt[:k], own
+        if len(angles) >= LEAST_POSED and not np.isnan(angles).any():
+            k = int(np.count_nonzero(LEAST_SEEN * math.sqrt(len(angles)) <= S))
+        yield U[:, :k], S[:k, None] * Vt[:k], places

@@ -14,6 +14,7 @@ from wpcal.calibrate.errors.robot_field import FieldOrigin, RobotField, correlat
 from wpcal.core import InputError, PointPairs
 from wpcal.core.record_check import check_record
 from wpcal.core.records import to_json
+from wpcal.core.tangent import point_jacobian
 from wpcal.study.drift.jobs import PartJobs
 from wpcal.study.drift.pooled import CELL_ERRORS_SCHEMA, pool_jobs
 
@@ -52,12 +53,16 @@ def test_a_tool_that_varies_from_job_to_job_is_told_where_the_postures_show_it(t
     jobs, rng = jobs_of_a_robot(0.2, 3), np.random.default_rng(3)
     angles = np.radians(tilt_deg) * rng.normal(size=(JOBS, 8, 3))
     off = rng.normal(size=(JOBS, 1, 3)) * [0.1, 0.1, 0.6]
-    moved = [jobs.residuals[k] + Rotation.from_euler("ZYX", angles[k]).apply(off[k, 0]) for k in range(JOBS)]
-    found = pool_jobs([replace(jobs, residuals=np.array(moved), angles=angles)]).tool
+    shown = np.array([Rotation.from_euler("ZYX", angles[k]).apply(off[k, 0]) for k in range(JOBS)]).reshape(JOBS, -1)
+    Q = np.linalg.qr(point_jacobian(PLACES - PLACES.mean(axis=0)).reshape(-1, 6))[0]  # what the fit takes out of it
+    moved = jobs.residuals + (shown - shown @ Q @ Q.T).reshape(JOBS, -1, 3)
+    pooled = pool_jobs([replace(jobs, residuals=moved, angles=angles)])
+    found = pooled.tool
     if not tilt_deg:
         assert found is None
         return
     assert found is not None
+    assert pooled.sigma_mm == pytest.approx(SIGMA_MM, rel=0.2)  # what the tool does is no scatter of touches
     assert found.along_mm == pytest.approx(0.6, rel=0.35)
     assert found.side_mm < 0.25
 
