@@ -332,7 +332,8 @@ def _keep(
     `joints`, `external`: shapes (K, 6) and (k - 6,).
     """
     rows = np.flatnonzero(usable)
-    usable[rows] = holds(np.concatenate([joints[rows], np.repeat(external[None], len(rows), axis=0)], axis=1))
+    if len(rows):
+        usable[rows] = holds(np.concatenate([joints[rows], np.repeat(external[None], len(rows), axis=0)], axis=1))
 
 
 def _leading(good: BoolArray) -> int:
