@@ -217,18 +217,18 @@ def test_a_program_has_one_joint_move_and_says_what_was_not_checked(name):
         assert sum(line.count(word) for line in code) == count
 
 
+def points_on(corners, count):
+    """Return points on triangles, shape (n, m, 3), with so many steps along each side."""
+    i, j = np.array([(i, j) for i in range(count + 1) for j in range(count + 1 - i)]).T[..., None] / count
+    return corners[:, :1] + i * (corners[:, 1:2] - corners[:, :1]) + j * (corners[:, 2:] - corners[:, :1])
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_distances_are_those_of_a_cloud_of_points(seed):
     rng = np.random.default_rng(seed)
     n = 200
     starts, ends, corners = rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), rng.normal(size=(n, 3, 3))
-    i, j = np.array([(i, j) for i in range(41) for j in range(41 - i)]).T / 40
-    on = (
-        corners[:, :1]
-        + i[:, None] * (corners[:, 1:2] - corners[:, :1])
-        + j[:, None] * (corners[:, 2:] - corners[:, :1])
-    )
-    span = ends - starts
+    on, span = points_on(corners, 40), ends - starts
     t = np.clip(((on - starts[:, None]) * span[:, None]).sum(-1) / (span**2).sum(-1)[:, None], 0, 1)
     expected = np.linalg.norm(on - starts[:, None] - t[..., None] * span[:, None], axis=2).min(axis=1)
     found = segment_triangle_distances(starts, ends, corners)
@@ -245,14 +245,7 @@ def test_a_tube_meets_what_a_cloud_of_points_meets(seed, random_place):
     tips, back = T.apply(rng.uniform((-60, -90, -40), (160, 90, 40), (60, 3))), rng.normal(size=(60, 3))
     back /= np.linalg.norm(back, axis=1)[:, None]
     low, high, radius = np.full(60, 5.0), np.full(60, 60.0), 8.0
-    corners = part.corners
-    i, j = np.array([(i, j) for i in range(121) for j in range(121 - i)]).T / 120
-    on = (
-        corners[:, :1]
-        + i[:, None] * (corners[:, 1:2] - corners[:, :1])
-        + j[:, None] * (corners[:, 2:] - corners[:, :1])
-    )
-    on = on.reshape(-1, 3)
+    on = points_on(part.corners, 120).reshape(-1, 3)
     hits = part.tube_solids(tips, back, low, high, radius) >= 0
     for row in range(60):
         z = (on - tips[row]) @ back[row]

@@ -44,10 +44,9 @@ def swept(folder, cell, moved_mm=(0.0, 0.0, 0.0)):
     """Return what is told of the INFORM job, by the texts of its lines; the mesh of the part is moved in the hand."""
     T = RigidTransform(np.eye(3), np.array(moved_mm), target="part", source="part")
     part = TriangleMaterial.of(read_part_glb((TEE / "part.glb").read_bytes()), T)
-    files = {"WPCAL_W2.jbi": (folder / "WPCAL_W2.jbi").read_text()}
-    found = in_step(files, cell, first_state(folder), tools=[1], part=part)
-    lines = files["WPCAL_W2.jbi"].splitlines()
-    return [(lines[each.motion.place.line - 1], each.what) for each in found.meetings()]
+    text = (folder / "WPCAL_W2.jbi").read_text()
+    found = in_step({"WPCAL_W2.jbi": text}, cell, first_state(folder), tools=[1], part=part).meetings()
+    return [(text.splitlines()[each.motion.place.line - 1], each.what) for each in found]
 
 
 def first_state(folder):

@@ -37,17 +37,23 @@ def test_a_whole_plan_has_no_fault(arm, part, tmp_path, results):
     assert row.no_program == ()
 
 
-def test_program_and_plan_of_a_frame_of_eight_bodies_have_no_fault_but_planted_ones(tmp_path):
-    from tests.plan_text import text_faults, way_of
+def way_and_text(folder):
+    """Return the way of a plan, and the name and the text of its RAPID program."""
+    from tests.plan_text import way_of
     from tests.real_cells import RealCell, of_record
+
+    plan = json.loads((folder / "plan" / "plan.json").read_text(encoding="utf-8"))
+    real = RealCell(folder / "cell.json", {"robot": urdf("irb1600_6_12")}, None, of_record(plan["T_carrier_part"]))
+    return way_of(plan, real), *next(iter(texts_of(folder / "plan" / "rapid").items()))
+
+
+def test_program_and_plan_of_a_frame_of_eight_bodies_have_no_fault_but_planted_ones(tmp_path):
+    from tests.plan_text import text_faults
 
     row = judged("frame", "irb1600_6_12", tmp_path, tmp_path)
     assert (row.faults, row.untold, row.no_program) == ((), (), ())
     assert row.welded_mm > LEAST_WELDED * row.accepted_mm
-    plan = json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
-    real = RealCell(tmp_path / "cell.json", {"robot": urdf("irb1600_6_12")}, None, of_record(plan["T_carrier_part"]))
-    way = way_of(plan, real)
-    ((name, text),) = texts_of(tmp_path / "plan" / "rapid").items()
+    way, name, text = way_and_text(tmp_path)
 
     def faults_of(pattern, to):
         changed, count = re.subn(pattern, to, text, count=1)
@@ -68,17 +74,13 @@ def test_program_and_plan_of_a_frame_of_eight_bodies_have_no_fault_but_planted_o
 @pytest.mark.deep
 def test_an_arc_that_is_not_that_of_the_plan_is_found(tmp_path):
     from tests.plan_faults import chord
-    from tests.plan_text import text_faults, way_of
-    from tests.real_cells import RealCell, of_record
+    from tests.plan_text import text_faults
 
     row = judged("saddle", "irb1600_6_12", tmp_path, tmp_path)
     assert row.faults == ()
     seams = json.loads((FIXTURES / "saddle" / "golden" / "seams.json").read_text(encoding="utf-8"))["seams"]
     chord_mm = max(chord(np.array([frame["p_mm"] for frame in seam["frames"]])) for seam in seams if seam["accepted"])
-    plan = json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
-    real = RealCell(tmp_path / "cell.json", {"robot": urdf("irb1600_6_12")}, None, of_record(plan["T_carrier_part"]))
-    way = way_of(plan, real)
-    ((name, text),) = texts_of(tmp_path / "plan" / "rapid").items()
+    way, name, text = way_and_text(tmp_path)
     via = re.search(r"(?:Move|Arc)C\w* (\w+),", text)[1]
     x = re.search(rf"robtarget {via}:=\[\[(-?[\d.]+)", text)[1]
     for off_mm, is_found in ((0.0, False), (2.0, True)):
