@@ -33,6 +33,7 @@ from cad.step.solids import LeafShapes, leaf_shapes
 from cad.step.xcaf_tree import Leaf, StepTree, Use, merged_layers, usable_name
 from wpcal.brep.mesh import Rgb
 from wpcal.brep.solid_facts import SolidFacts
+from wpcal.core.collector import give_memory_back
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.given_names import is_given_name
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes, sha256_of
@@ -40,6 +41,9 @@ from wpcal.core.issue import Issue
 
 READ_SETTINGS: dict[str, int | str] = {"xstep.cascade.unit": "MM", "read.stepcaf.subshapes.name": 1}
 """Lengths in mm, and the names of faces and edges, which the kernel does not read by default."""
+
+TRANSFERS, ENTITIES = 7, 1
+"""What the kernel's session forgets: which entity became which shape, and then the entities."""
 
 NO_FOLDER = os.devnull + "/"
 """A folder that cannot hold files: the kernel looks there for other files that a text refers to. They are not read."""
@@ -171,6 +175,9 @@ def read_document(path: Path, text: bytes | None = None) -> KernelObject:
             raise FormatError("the CAD kernel cannot read its text", path=str(path))
         if not reader.Transfer(document):
             raise FormatError("the CAD kernel finds no shape it can build", path=str(path))
+        for what in (TRANSFERS, ENTITIES):  # the reader would keep them: 10 kB a face
+            reader.Reader().WS().ClearData(what)
+    give_memory_back()
     return document
 
 

@@ -31,16 +31,16 @@ class Workpiece:
     """A part as read, and what can be taught and welded on it."""
 
     graph: BrepGraph
-    features: tuple[ReferenceFeature, ...]
     issues: tuple[Issue, ...] = ()  #: What is odd in the file.
     source: StepFile | None = None  #: The STEP file; None for shapes from a script.
     shapes: tuple[Any, ...] = ()  #: The shapes from a script, unchanged.
     member_notes: MemberNotes | None = None  #: What the solids are taken for; None before seams were found.
+    as_read: BrepGraph | None = None  #: The graph before curves of seams were added to it; None where none were.
 
     def __repr__(self) -> str:
         """Say how large the part is."""
         name = "" if self.source is None else f"{self.source.file_name}: "
-        return f"Workpiece({name}{self.size}, {counted(len(self.features), 'feature')})"
+        return f"Workpiece({name}{self.size})"
 
     @property
     def file(self) -> StepFile:
@@ -65,6 +65,11 @@ class Workpiece:
         return f"{counted(len(self.graph.solid_names), 'solid')}, {counted(self.graph.face_count, 'face')}"
 
     @cached_property
+    def features(self) -> tuple[ReferenceFeature, ...]:
+        """The reference features of the part as read; found when they are asked for."""
+        return find_features(self.as_read or self.graph) if self.source is None else self.source.features
+
+    @cached_property
     def trimmed(self) -> TrimmedFaces:
         """Boundaries of the faces as pieces; computed once, for every question about what lies on a face."""
         return TrimmedFaces.of(self.graph)
@@ -76,14 +81,15 @@ class Workpiece:
 
     def with_sections(self, graph: BrepGraph, notes: MemberNotes, issues: Sequence[Issue]) -> Workpiece:
         """Return the workpiece with the curves on which its seams lie, and what its solids are taken for."""
-        found = replace(self, graph=graph, issues=(*self.issues, *issues), member_notes=notes)
+        read = self.as_read or self.graph
+        found = replace(self, graph=graph, issues=(*self.issues, *issues), member_notes=notes, as_read=read)
         vars(found).update(trimmed=self.trimmed.with_graph(graph))
         return found
 
     def without_kernel(self) -> Workpiece:
         """Return the workpiece as another process can hold it: without its file and its shapes."""
         found = replace(self, source=None, shapes=())
-        vars(found).update(trimmed=self.trimmed)
+        vars(found).update(trimmed=self.trimmed, features=self.features)
         return found
 
     def answer(self, what: str, of: Sequence[object], make: Callable[[], Answer]) -> Answer:
@@ -92,15 +98,13 @@ class Workpiece:
         Only answers about a file as it was read are kept, not about a workpiece that a script changed.
         """
         file = self.source
-        if file is None or self.graph is not file.content.graph:
-            return make()
-        if self.features is not file.features or self.issues is not file.content.issues:
+        if file is None or self.graph is not file.content.graph or self.issues is not file.content.issues:
             return make()
         return file.answer(what, of, make)
 
 
 def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress) -> Workpiece:
-    """Read a part and find its reference features.
+    """Read a part.
 
     Raises `InputError` when the file cannot be read, there is no solid, or a solid has geometry at infinity.
     Raises `KernelError` when the kernel fails.
@@ -115,15 +119,14 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
     if isinstance(step, str | Path):
         progress(f"reading {Path(step).name}{_megabytes(Path(step))}")
         file = StepFile.open(step, cache)
-        return Workpiece(file.content.graph, file.features, file.content.issues, file)
+        return Workpiece(file.content.graph, file.content.issues, file)
     from cad.kernel.to_brep import to_brep
 
     shapes = script_shapes(step)
     named = _named_solids(shapes)
     if not named:
         raise InputError("the shapes given hold no solid")
-    graph = to_brep(named)
-    return Workpiece(graph, find_features(graph), shapes=shapes)
+    return Workpiece(to_brep(named), shapes=shapes)
 
 
 def _megabytes(path: Path) -> str:

@@ -86,9 +86,9 @@ def extraction(path: Path) -> tuple[dict[str, float], int, Any]:
     file = StepFile.open(path)
     times["read_step"], _ = seconds(lambda: file.step)
     times["to_brep"], content = seconds(lambda: file.content)
-    times["features"], features = seconds(lambda: file.features)
+    times["features"], _ = seconds(lambda: file.features)
     graph = content.graph
-    workpiece = Workpiece(graph, features, content.issues, file)
+    workpiece = Workpiece(graph, content.issues, file)
     times["seams"], (seams, _) = seconds(lambda: find_seams(workpiece, SeamOptions()))
     return times, graph.face_count, seams
 

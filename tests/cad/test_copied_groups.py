@@ -37,7 +37,7 @@ def check(workpiece: Workpiece, monkeypatch: pytest.MonkeyPatch, within_mm: floa
 
 def test_opposed_faces_are_turned_by_the_whole_part(monkeypatch: pytest.MonkeyPatch) -> None:
     one = open_workpiece(BLOCK)
-    twice = Workpiece(together(one.graph, moved(one.graph, np.array([0.0, 0.0, 900.0]))), ())
+    twice = Workpiece(together(one.graph, moved(one.graph, np.array([0.0, 0.0, 900.0]))))
     found, _ = find_seams(twice, SeamOptions())
     assert any("opposed" in text for seam in found for text in seam.reasons)
     check(twice, monkeypatch)
@@ -48,7 +48,7 @@ def test_crossed_solids_of_copies_have_the_curves_of_the_first(monkeypatch: pyte
     one = saddle(0.0, trimmed=False)
     solids = [*one, *((f"{name} of b", shape.Moved(to_location(T))) for name, shape in one)]
     shapes = tuple(SimpleNamespace(wrapped=shape) for _, shape in solids)
-    workpiece = Workpiece(to_brep(solids), (), shapes=shapes)
+    workpiece = Workpiece(to_brep(solids), shapes=shapes)
     found, _ = find_seams(workpiece, SeamOptions())
     assert [seam.source for seam in found if seam.accepted] == [SeamSource.SECTION, SeamSource.SECTION]
     check(workpiece, monkeypatch, CROSSED_MM)

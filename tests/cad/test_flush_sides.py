@@ -18,7 +18,7 @@ def accepted(bar: Any) -> list[Seam]:
     """Return the accepted seams of a bar in the side of a thick bar along z, 40 mm wide from y = 0."""
     solids = [("post", Box(40, 40, 300, align=CORNER).solid().wrapped), ("bar", bar.solid().wrapped)]
     shapes = tuple(SimpleNamespace(wrapped=shape) for _, shape in solids)
-    found, _ = find_seams(Workpiece(to_brep(solids), (), shapes=shapes), SeamOptions())
+    found, _ = find_seams(Workpiece(to_brep(solids), shapes=shapes), SeamOptions())
     return [seam for seam in found if seam.accepted]
 
 

@@ -124,7 +124,7 @@ def test_what_is_not_there_is_refused(marked: tuple[str, ...], edges: tuple[str,
 
 
 def test_shapes_from_a_script_have_no_marks() -> None:
-    workpiece = Workpiece(to_brep([("block", box(50, 50, 10, (0, 0, 0)))]), ())
+    workpiece = Workpiece(to_brep([("block", box(50, 50, 10, (0, 0, 0)))]))
     with pytest.raises(InputError, match="none in this file has a name or a layer"):
         find_seams(workpiece, SeamOptions(), SeamChoice(marked=("W*",)))
 
@@ -192,7 +192,7 @@ def test_an_added_edge_that_the_search_made_is_one_seam() -> None:
     lower = box(100, 60, 10, (0, 0, 0))
     upright = box(60, 8, 50, (20, 26, 5))  # stands 5 mm deep in the plate
     shapes = tuple(SimpleNamespace(wrapped=shape) for shape in (lower, upright))
-    workpiece = Workpiece(to_brep([("plate", lower), ("upright", upright)]), (), shapes=shapes)
+    workpiece = Workpiece(to_brep([("plate", lower), ("upright", upright)]), shapes=shapes)
     usual, _ = find_seams(workpiece, SeamOptions())
     assert {s.source for s in usual} & {SeamSource.SECTION}
     longest = max(usual, key=lambda s: s.length_mm)

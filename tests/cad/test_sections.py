@@ -17,7 +17,7 @@ LENGTH_MM = 0.01  #: The agreed accuracy of a seam's length.
 @pytest.mark.parametrize(("tilt_deg", "trimmed"), [(0.0, "saddle-90"), (30.0, "saddle-60")])
 def test_an_untrimmed_branch_has_the_seams_of_the_trimmed_one(tilt_deg: float, trimmed: str) -> None:
     solids = saddle(tilt_deg, trimmed=False)
-    workpiece = Workpiece(to_brep(solids), (), shapes=tuple(SimpleNamespace(wrapped=shape) for _, shape in solids))
+    workpiece = Workpiece(to_brep(solids), shapes=tuple(SimpleNamespace(wrapped=shape) for _, shape in solids))
     found, _ = find_seams(workpiece, SeamOptions())
     expected = saved_seams(trimmed)
     assert [seam.accepted for seam in found] == [True, False]

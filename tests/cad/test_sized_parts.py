@@ -16,7 +16,6 @@ from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.scale import STEEL_PER_K
 from wpcal.calibrate.trust.verdict import VerdictReason
 from wpcal.core.transform import RigidTransform
-from wpcal.taught.features import find_features
 from wpcal.taught.table import taught_points
 
 T = RigidTransform.from_six_tuple((812.5, -310.25, 455.125, 0.02, -0.3, 1.1), target="base", source="part")
@@ -32,7 +31,7 @@ def smooth_error(p_base):
 
 def robot_off(*, wrong_mm=0.0, **asked):
     """Return the result, and the largest error of seams that a robot with `smooth_error` touched and welds."""
-    part = Workpiece(saved_graph("frame"), find_features(saved_graph("frame")))
+    part = Workpiece(saved_graph("frame"))
     corners = [each for each in part.features if each.kind.is_point][::4]
     touched = {each.name: (at := T.apply(each.p_mm)) + smooth_error(at) for each in corners}
     touched[corners[0].name] = touched[corners[0].name] + [wrong_mm, 0.0, 0.0]
@@ -55,7 +54,7 @@ def test_seams_follow_the_robot_where_the_touches_tell():
 
 
 def fitted(**asked):
-    part, rng = Workpiece(saved_graph("frame"), find_features(saved_graph("frame"))), np.random.default_rng(5)
+    part, rng = Workpiece(saved_graph("frame")), np.random.default_rng(5)
     corners = [each for each in part.features if each.kind.is_point]
     chosen = [corners[i] for i in rng.choice(len(corners), 24, replace=False)]
     touched = {each.name: T.apply((1.0 + SCALE) * each.p_mm) + SIGMA_MM * rng.standard_normal(3) for each in chosen}

@@ -55,7 +55,7 @@ from wpcal.results.folder import read_finished, read_result_folder
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.seam import SeamOptions, detect_seams
 from wpcal.seam.edit import read_edits
-from wpcal.taught.features import find_features, judge_features
+from wpcal.taught.features import judge_features
 
 NOT_A_NUMBER = re.compile(r"(?<![\w.])[-+]?(nan|inf(inity)?)(?![\w.])", re.IGNORECASE)
 CELL = FIXTURES / "cells" / "two-mh6.json"
@@ -197,7 +197,7 @@ def packet(data: bytes, _: Path) -> object:
 def pick_part() -> PickPart:
     """Return a part of the picker from a saved graph, without the kernel."""
     graph = read_graph(FIXTURES / "graphs" / "tee.npz")
-    workpiece, options = Workpiece(graph, find_features(graph)), SeamOptions()
+    workpiece, options = Workpiece(graph), SeamOptions()
     found = detect_seams(graph, options, trimmed=workpiece.trimmed)
     touchables = judge_features(graph, workpiece.features, trimmed=workpiece.trimmed)
     return PickPart("tee.step", "0" * 64, workpiece, touchables, found, found, options, None, ())

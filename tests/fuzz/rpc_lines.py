@@ -38,7 +38,7 @@ def part() -> OpenPart:
     graph = read_graph(FIXTURES / "graphs" / "tee.npz")
     file = StepFile(Path("tee.step"), b"", WarmAnswers(kernel=False))
     file.__dict__["content"] = PartContent(graph, "mm", ())
-    return OpenPart(file.path, Workpiece(graph, file.features, (), file), ())
+    return OpenPart(file.path, Workpiece(graph, (), file), ())
 
 
 def answer(data: bytes, _: Path) -> object:
