@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from wpcal.core.errors import InputError
-from wpcal.core.input_file import holds_file, sha256_of
+from wpcal.core.input_file import holds_file, sha256_of_own
 from wpcal.core.version import __version__
 from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE, twice_stated
 from wpcal.results.diff import compare_folders
@@ -78,7 +78,7 @@ def other_bytes(claimed: Path, made: Path, record: Mapping[str, Any]) -> list[st
 
 
 def _changed(claimed: Path, name: str, record: Mapping[str, Any]) -> bool:
-    return name in record["files"] and sha256_of((claimed / name).read_bytes()) != record["files"][name]
+    return name in record["files"] and sha256_of_own(claimed / name) != record["files"][name]
 
 
 def _by_numbers(claimed: Path, path: Path, record: Mapping[str, Any]) -> Iterator[Difference]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from wpcal.core.errors import InputError
-from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
+from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of, sha256_of_own
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
@@ -119,7 +119,7 @@ def files_read(noted: Mapping[str, str], taught: str) -> tuple[tuple[str, str], 
 
 def job_record(name: str | None, inputs: JobInputs, result: Mapping[str, Any], folder: Path) -> str:
     """Return the text of ``job.json`` for a folder that holds all other files; `wpcal calibrate` gives no name."""
-    files = {each.name: sha256_of(each.read_bytes()) for each in sorted(folder.iterdir())}
+    files = {each.name: sha256_of_own(each) for each in sorted(folder.iterdir())}
     return to_json(
         {
             "schema": JOB_SCHEMA,
@@ -164,7 +164,7 @@ def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path, *, be
         return False
     files: Mapping[str, str] = record.get("files", {})
     return all(
-        holds_file(folder, name) and sha256_of((folder / name).read_bytes()) == sha256 for name, sha256 in files.items()
+        holds_file(folder, name) and sha256_of_own(folder / name) == sha256 for name, sha256 in files.items()
     ) and all(is_still(name, sha256, beside) for name, sha256 in made.files)
 
 

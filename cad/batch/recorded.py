@@ -22,7 +22,7 @@ from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.workpiece import Workpiece
 from wpcal.cli.calibration_tables import exit_code
 from wpcal.cli.command_group import origins_of
-from wpcal.core.input_file import noted_files, sha256_of
+from wpcal.core.input_file import noted_files, sha256_of_own
 from wpcal.core.progress import Progress, no_progress
 from wpcal.results.agree import JOB_FILE, SEAMS_FILE
 
@@ -68,7 +68,7 @@ def _seal(
 
 
 def _decided_sha256(folder: Path) -> str:
-    return sha256_of((folder / SEAMS_FILE).read_bytes())
+    return sha256_of_own(folder / SEAMS_FILE)
 
 
 @dataclass(frozen=True, slots=True)

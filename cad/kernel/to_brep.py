@@ -28,6 +28,13 @@ from wpcal.core.arrays import FloatArray
 Row = tuple[int, list[list[float]], tuple[float, float]]
 """Kind, frame (origin, x, y, z) and parameters of one surface or curve."""
 NO_FRAME = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+_ELEMENTARY = {
+    GeomAbs_SurfaceType.GeomAbs_Plane: (SurfaceKind.PLANE, BRepAdaptor_Surface.Plane),
+    GeomAbs_SurfaceType.GeomAbs_Cylinder: (SurfaceKind.CYLINDER, BRepAdaptor_Surface.Cylinder),
+    GeomAbs_SurfaceType.GeomAbs_Cone: (SurfaceKind.CONE, BRepAdaptor_Surface.Cone),
+    GeomAbs_SurfaceType.GeomAbs_Sphere: (SurfaceKind.SPHERE, BRepAdaptor_Surface.Sphere),
+    GeomAbs_SurfaceType.GeomAbs_Torus: (SurfaceKind.TORUS, BRepAdaptor_Surface.Torus),
+}
 
 
 @dataclass
@@ -91,15 +98,10 @@ def _surface(face: Any) -> tuple[Row, float, NurbsSurface | None]:
     if has_triangles_only(face):
         return (SurfaceKind.NONE, NO_FRAME, (0.0, 0.0)), 1.0, None
     adaptor = BRepAdaptor_Surface(face, True)
-    elementary = {
-        GeomAbs_SurfaceType.GeomAbs_Plane: (SurfaceKind.PLANE, adaptor.Plane),
-        GeomAbs_SurfaceType.GeomAbs_Cylinder: (SurfaceKind.CYLINDER, adaptor.Cylinder),
-        GeomAbs_SurfaceType.GeomAbs_Cone: (SurfaceKind.CONE, adaptor.Cone),
-        GeomAbs_SurfaceType.GeomAbs_Sphere: (SurfaceKind.SPHERE, adaptor.Sphere),
-        GeomAbs_SurfaceType.GeomAbs_Torus: (SurfaceKind.TORUS, adaptor.Torus),
-    }.get(adaptor.GetType())
+    elementary = _ELEMENTARY.get(adaptor.GetType())
     if elementary is not None:
-        return _elementary(elementary[0], elementary[1]())
+        kind, surface_of = elementary
+        return _elementary(kind, surface_of(adaptor))
     found = recognise_surface(face)
     if found is not None:
         row, _, _ = _elementary(SurfaceKind(found[0]), found[1])

@@ -24,7 +24,7 @@ from wpcal.core.wording import shown
 
 _QUOTE, _SEMICOLON, _HASH, _ZERO = b"';#0"
 _NOT_BLANK = re.compile(rb"[^\x00-\x20]")
-_LARGE_EXPONENT = re.compile(rb"(?<=[0-9.])[eE]\+?[0-9]{3,9}")
+_LARGE_EXPONENT = re.compile(rb"[eE](?<=[0-9.].)\+?[0-9]{3,9}")
 _LAST_DIGITS = re.compile(rb"[0-9]+\.?[0-9]*$")
 _MOST_PLACES = 400  #: Digits before an exponent that are looked at: as many as float64 has places.
 _USUAL_BLANKS = 32  #: Exporters write a line end and a few blanks between statements.

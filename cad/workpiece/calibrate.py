@@ -23,11 +23,12 @@ from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
+from wpcal.core.collector import give_memory_back
 from wpcal.core.errors import blamed_on
-from wpcal.core.input_file import sha256_of
+from wpcal.core.input_file import sha256_of_own
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.records import new_directory, to_json
+from wpcal.core.records import json_parts, new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
 from wpcal.results.agree import CALIBRATION_FILE, PART_FILE
@@ -244,7 +245,6 @@ def calibrate_files(
         workpiece, taught, T_nominal_part=T_nominal_part, options=options, silent=silent, means=means, progress=progress
     )
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams] if mark_seams else []
-    seams = found.seams_record()
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
@@ -262,12 +262,16 @@ def calibrate_files(
         record = found.to_record((*run_issues, *issues, *mesh_issues))
         if searches is not None:
             record["searches"] = searches
-        record["files"] = {file.name: sha256_of(file.read_bytes()) for file in sorted(folder.iterdir())}
+        record["files"] = {file.name: sha256_of_own(file) for file in sorted(folder.iterdir())}
         (folder / CALIBRATION_FILE).write_text(to_json(record), encoding="utf-8")
-        (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
+        give_memory_back()
+        seams = found.seams_record()
+        with (folder / "seams.json").open("w", encoding="utf-8") as file:
+            file.writelines(json_parts(seams))
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
         if means.wants_page(found.result):
             (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
+        del seams  # of a large part, the largest object here
         if holding is not None:
             from wpcal.planning.cell.grasp import cell_files, solve_grasp
 

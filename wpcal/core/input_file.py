@@ -122,6 +122,12 @@ def sha256_of(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
+def sha256_of_own(path: Path) -> str:
+    """Return the SHA-256 of a file that this process wrote, hexadecimal, without holding its bytes."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def require_name(path: Path) -> None:
     """Refuse a path that no file can have, or whose name cannot be written into a record.
 

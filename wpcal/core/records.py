@@ -23,6 +23,7 @@ from wpcal.core.record_check import check_record
 from wpcal.core.whole_folder import flush, put_in_place, temporary_name, temporary_sibling
 
 MOST_AT_ONCE = 16  #: Lists of at most so many items are written by one format for all of them.
+MOST_TOGETHER = 512  #: So many items of lists are written together: of 4000 seams, the texts of all numbers are 250 MB.
 
 
 def to_json(record: Mapping[str, Any]) -> str:
@@ -30,7 +31,23 @@ def to_json(record: Mapping[str, Any]) -> str:
 
     Numbers are written with all their digits (the shortest text that reads back to the same float64).
     """
-    return _texts([record], "\n")[0] + "\n"
+    return "".join(json_parts(record))
+
+
+def json_parts(record: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the text of `to_json` in parts: that of a large part is 100 MB, which a file can take piece by piece."""
+    head = "{"
+    for name, value in record.items():
+        yield f"{head}\n {_key(name, is_ascii=False)}: "
+        head = ","
+        if isinstance(value, list) and len(value) > MOST_TOGETHER:
+            for row in range(0, len(value), MOST_TOGETHER):
+                texts = _texts(value[row : row + MOST_TOGETHER], "\n  ")
+                yield ("," if row else "[") + ",".join([f"\n  {text}" for text in texts])
+            yield "\n ]"
+        else:
+            yield _texts([value], "\n ")[0]
+    yield "\n}\n" if record else "{}\n"
 
 
 def to_compact_json(value: Any) -> str:
@@ -80,7 +97,9 @@ def _dict_texts(values: Sequence[dict[str, Any]], line: str) -> list[str]:
 
 def _list_texts(values: Sequence[Sequence[Any]], line: str) -> list[str]:
     within, lengths = f"{line} " if line else "", list(map(len, values))
-    items = iter(_texts(list(chain.from_iterable(values)), within))
+    every = list(chain.from_iterable(values))
+    rounds = (every[row : row + MOST_TOGETHER] for row in range(0, len(every), MOST_TOGETHER))
+    items = chain.from_iterable(_texts(some, within) for some in rounds)
     if len(set(lengths)) == 1 and 0 < lengths[0] <= MOST_AT_ONCE:
         form = f"[{within}{f',{within}'.join(['%s'] * lengths[0])}{line}]"
         return [form % row for row in zip(*[items] * lengths[0], strict=True)]
