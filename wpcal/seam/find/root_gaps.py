@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.trim import TrimmedFaces
@@ -23,7 +24,9 @@ from wpcal.seam.seam import JointType, SeamPieces
 MOST_ROOT_MM = 3.0
 """Root gaps of butt welds are 1 to 3 mm (ISO 9692-1: up to 4 mm for V-grooves; robots bridge less than a hand)."""
 MOST_ROOT_SHARE = 0.5
-"""Largest root gap as a share of the width of the ends (ISO 9692-1: about t / 2 for square butts)."""
+"""Largest root gap as a share of the width of the ends (ISO 9692-1: about t / 2 for square butts). The root faces of a
+prepared groove are narrower: those with a bevel beside them may be as far apart as `MOST_ROOT_MM`."""
+BEVEL_COS = (0.26, 0.97)
 MOST_END_MM = 40.0
 """Ends are narrower: thicker plates are rarely welded by robots, and blocks beside each other are not ends."""
 LEAST_OPPOSITE = 0.9  #: Share of the boundary of one end that lies opposite the other one.
@@ -51,9 +54,21 @@ def _facing_ends(graph: BrepGraph, trimmed: TrimmedFaces, above_mm: float) -> Fa
     fits = (graph.face_kind[facing.first] == SurfaceKind.PLANE) & (facing.gap_mm > above_mm)
     fits &= (facing.share >= LEAST_OPPOSITE) & (width.max(axis=0) <= MOST_END_MM)
     fits &= width.max(axis=0) <= SAME_WIDTH * width.min(axis=0)
-    fits &= facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)
+    bevelled = np.isin(np.stack([facing.first, facing.second]), _bevelled_faces(graph)).all(axis=0)
+    fits &= (facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)) | bevelled
     ends = facing.select(fits)
     return ends.select(~_is_filled(graph, trimmed, ends))
+
+
+def _bevelled_faces(graph: BrepGraph) -> IntArray:
+    """Return the faces beside which there is a bevel: planes with bulging corners between 15 and 75 degrees."""
+    edges = inner_edges(graph)
+    edges = edges[(graph.face_kind[graph.edge_faces[edges]] == SurfaceKind.PLANE).all(axis=1)]
+    edges = edges[~are_concave(graph, edges)]
+    faces = graph.edge_faces[edges]
+    n = graph.face_frame[faces, 3] * graph.face_outward[faces][..., None]
+    cos = np.einsum("ki,ki->k", n[:, 0], n[:, 1])
+    return np.unique(faces[(cos > BEVEL_COS[0]) & (cos < BEVEL_COS[1])])
 
 
 def _is_filled(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces) -> BoolArray:
@@ -76,7 +91,8 @@ def _at_gap(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces, gap_mm: 
     edge, face = (np.concatenate(own) for own in zip(*_pairs(graph, ends), strict=True))
     contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
     joined = join_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
-    return joined.select(np.flatnonzero([word is JointType.BUTT for word in joined.joint]))
+    in_groove = np.isin(joined.pieces.base, _bevelled_faces(graph))
+    return joined.select(np.flatnonzero(in_groove | [word is JointType.BUTT for word in joined.joint]))
 
 
 def _pairs(graph: BrepGraph, ends: FacingFaces) -> list[tuple[IntArray, IntArray]]:
