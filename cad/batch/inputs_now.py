@@ -40,10 +40,7 @@ class InputsNow:
     known: dict[Path, str] = field(default_factory=dict)
 
     def find(self, inputs: JobInputs, *, name_of_stdin: str) -> FoundInputs:
-        """Return where the inputs are.
-
-        Raises `InputError` when one is not found, or only with other contents.
-        """
+        """Return where the inputs are. Raises `InputError` when one is not found, or only with other contents."""
         part = self._named(self._find(inputs.part), inputs.part, name_of_stdin)
         taught = self._named(self._find(inputs.taught, may_be_folder=True), inputs.taught, STDIN)
         if not inputs.files:

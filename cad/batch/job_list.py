@@ -63,10 +63,7 @@ class Job:
     fault: str = ""  #: Why it cannot be run; empty if it can.
 
     def require_sound(self) -> None:
-        """Refuse a row that cannot be run.
-
-        Raises `InputError` with its fault.
-        """
+        """Refuse a row that cannot be run. Raises `InputError` with its fault."""
         if self.fault:
             raise InputError(self.fault)
 

@@ -72,10 +72,7 @@ class Summary:
         self.verdicts: Counter[str] = Counter()
 
     def add(self, number: int, verdict: str, line: str) -> None:
-        """Add the line of a job.
-
-        Raises `InputError` when it cannot be written.
-        """
+        """Add the line of a job. Raises `InputError` when it cannot be written."""
         data = line.encode() + b"\n"
         with self._written(JSONL):
             if self._file is None:
@@ -106,10 +103,7 @@ class Summary:
                 yield self._file.read(ends[row] - self._places[row])
 
     def finish(self) -> None:
-        """Write both files in the order of the list.
-
-        Raises `InputError` when they cannot be written.
-        """
+        """Write both files in the order of the list. Raises `InputError` when they cannot be written."""
         if self._file is None:
             return
         text = b"".join(self.lines())

@@ -73,10 +73,7 @@ def _drawn(program: WeldProgram, names: dict[str, str]) -> str:
 
 
 def require_sound(document: Any) -> None:
-    """Refuse a drawing that does not pass the library's audit.
-
-    Raises `KernelError` when it does not.
-    """
+    """Refuse a drawing that does not pass the library's audit. Raises `KernelError` when it does not."""
     if document.audit().has_errors:
         raise KernelError("the drawing has audit errors")
 

@@ -92,11 +92,7 @@ def backup_of(out: Path) -> Path:
 
 
 def read_draft(path: Path) -> Draft:
-    """Read a draft.
-
-    Raises `InputError` when it cannot be opened.
-    Raises `FormatError` when it is damaged.
-    """
+    """Read a draft. Raises `InputError` when it cannot be opened. Raises `FormatError` when it is damaged."""
     record = read_json(path, schema=DRAFT_SCHEMA)
     try:
         texts = (record["part"]["file"], record["part"]["sha256"], record["file_sha256"] or "")
@@ -167,10 +163,7 @@ def require_table_room(out: Path) -> None:
 
 
 def bytes_of(path: Path) -> bytes | None:
-    """Return the bytes of a file, or None if there is no such file.
-
-    Raises `InputError` when it cannot be read.
-    """
+    """Return the bytes of a file, or None if there is no such file. Raises `InputError` when it cannot be read."""
     return read_bytes(path) if os.path.lexists(path) else None
 
 

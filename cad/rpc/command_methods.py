@@ -28,10 +28,7 @@ CommandMethod = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 
 def options_of(method: str) -> list[dict[str, Any]]:
-    """Return the options of a method; none if it takes none.
-
-    Raises `InputError` if there is no such method.
-    """
+    """Return the options of a method; none if it takes none. Raises `InputError` if there is no such method."""
     if method not in method_names():
         raise InputError(f"{shown(method)}: no such method; known: {', '.join(method_names())}")
     if method in COMMANDS:

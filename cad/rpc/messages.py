@@ -38,10 +38,7 @@ class MessageFaultError(Exception):
 
 
 def read_request(line: bytes) -> Request:
-    """Return the request on a line.
-
-    Raises `MessageFaultError` if there is none.
-    """
+    """Return the request on a line. Raises `MessageFaultError` if there is none."""
     value = _parse(line)
     if not isinstance(value, dict):
         raise MessageFaultError(f"expected a JSON object with id and method, got {_kind(value)}")

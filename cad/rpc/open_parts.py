@@ -86,10 +86,7 @@ class OpenPart:
 
 
 def read_part(path: Path, progress: Progress) -> OpenPart:
-    """Read a STEP file.
-
-    Raises `InputError` if it cannot be read, or is not a STEP file.
-    """
+    """Read a STEP file. Raises `InputError` if it cannot be read, or is not a STEP file."""
     from cad.step.open_text import require_step_file
 
     require_step_file(path)
@@ -98,10 +95,7 @@ def read_part(path: Path, progress: Progress) -> OpenPart:
 
 
 def signature_of(path: Path) -> tuple[int, ...]:
-    """Return what changes when a file is replaced.
-
-    Raises `InputError` if the file is gone.
-    """
+    """Return what changes when a file is replaced. Raises `InputError` if the file is gone."""
     try:
         found = os.stat(path)
     except OSError as error:

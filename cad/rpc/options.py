@@ -38,10 +38,7 @@ def describe_options(options: Iterable[click.Option]) -> list[dict[str, Any]]:
 
 
 def words_of(options: Iterable[click.Option], values: Mapping[str, Any]) -> list[str]:
-    """Return options as they are typed.
-
-    Raises `InputError` if a name is unknown, or a value has another type.
-    """
+    """Return options as they are typed. Raises `InputError` if a name is unknown, or a value has another type."""
     known = {name_of(option): option for option in options}
     words = list[str]()
     for name, value in values.items():

@@ -16,10 +16,7 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, slots=True)
 class WarmAnswers(AnswerCache):
-    """A cache whose last answers are in memory.
-
-    `folder`, `most_mb`, `kernel`: As for `AnswerCache`.
-    """
+    """A cache whose last answers are in memory. `folder`, `most_mb`, `kernel`: As for `AnswerCache`."""
 
     _memory: OrderedDict[str, Any] = field(default_factory=OrderedDict, compare=False, repr=False)
 

@@ -55,10 +55,7 @@ class PickSession:
     _busy: threading.Lock = field(default_factory=threading.Lock)
 
     def choose(self, moving: MovingChoice) -> None:
-        """Let bodies have moved from now on, or not.
-
-        Raises `InputError` when the part is one body.
-        """
+        """Let bodies have moved from now on, or not. Raises `InputError` when the part is one body."""
         with self._busy:
             choice = moving.to_options(self.groups)
             if choice is not None:

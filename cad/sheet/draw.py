@@ -52,10 +52,7 @@ class Pen:
     paper: Paper
 
     def line(self, a: FloatArray | Sequence[float], b: FloatArray | Sequence[float], layer: str) -> None:
-        """Draw a line.
-
-        `a`, `b`: shape (2,). Its ends on paper, mm.
-        """
+        """Draw a line. `a`, `b`: shape (2,). Its ends on paper, mm."""
         self.space.add_line(tuple(map(float, a)), tuple(map(float, b)), dxfattribs={"layer": layer})
 
     def sign(self, strokes: Strokes, x: float, y: float, layer: str = "TEXT") -> None:

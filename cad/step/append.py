@@ -42,10 +42,7 @@ class EntityWriter:
         return reference
 
     def add_vector(self, keyword: str, values: ArrayLike) -> str:
-        """Add a point or a direction.
-
-        `values`: shape (3,). In the unit of the file.
-        """
+        """Add a point or a direction. `values`: shape (3,). In the unit of the file."""
         return self.add(f"{keyword}('',({','.join(format_real(v) for v in np.asarray(values).tolist())}))")
 
     def add_placement(self, placement: RigidTransform, *, unit_mm: float) -> str:
@@ -84,10 +81,7 @@ class Placed:
 
     @classmethod
     def of(cls, file: Part21File) -> Placed:
-        """Find the roots of a file.
-
-        Raises `FormatError` when the file has no product with a shape.
-        """
+        """Find the roots of a file. Raises `FormatError` when the file has no product with a shape."""
         roots = find_roots(file)
         if not roots:
             raise FormatError("no product with a shape is found in its text", path=file.name)

@@ -30,10 +30,7 @@ LINE_WIDTH_MM = 0.7  #: Width of the drawn line: the thick line of ISO 128 on a 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamCurve:
-    """A seam to be drawn into a STEP file.
-
-    Raises `InputError` when there are fewer than two distinct points.
-    """
+    """A seam to be drawn into a STEP file. Raises `InputError` when there are fewer than two distinct points."""
 
     name: str
     points_part: FloatArray  #: shape (m, 3). Polyline in `part`, mm. A closed seam ends at its first point.

@@ -90,10 +90,7 @@ class Channel:
         return b"".join(parts)
 
     def write(self, data: bytes) -> None:
-        """Send bytes.
-
-        Raises `OSError` when the other side closed its end.
-        """
+        """Send bytes. Raises `OSError` when the other side closed its end."""
         self._end.sendall(data)
 
     def flush(self) -> None:

@@ -64,10 +64,7 @@ class ServerEndedError(KernelError):
 
 
 class Host:
-    """The processes of one batch on this machine.
-
-    Raises `InputError` when the folder cannot be made.
-    """
+    """The processes of one batch on this machine. Raises `InputError` when the folder cannot be made."""
 
     def __init__(self, work: Path, lock: int, modules: Sequence[str]) -> None:
         ours, theirs = socket.socketpair()

@@ -45,19 +45,13 @@ class BodiesSource:
 
     @classmethod
     def of(cls, path: Path) -> BodiesSource:
-        """Return the name and the hash of a file.
-
-        Raises `InputError` when it cannot be read.
-        """
+        """Return the name and the hash of a file. Raises `InputError` when it cannot be read."""
         return cls(path.name, sha256_of(read_bytes(path)))
 
 
 @dataclass(frozen=True, slots=True)
 class BodiesOptions:
-    """Which bodies may move, and how far.
-
-    Raises `InputError` when `contact_sigma_mm` is not positive.
-    """
+    """Which bodies may move, and how far. Raises `InputError` when `contact_sigma_mm` is not positive."""
 
     tolerance: TackTolerance = field(default_factory=TackTolerance)  #: Of bodies that state none.
     is_stated: bool = False  #: Whether a person stated it; otherwise it is estimated where there are enough touches.

@@ -46,10 +46,7 @@ class StepFile:
 
     @classmethod
     def open(cls, path: Path | str, cache: AnswerCache = NO_CACHE) -> StepFile:
-        """Read the bytes of a STEP file.
-
-        Raises `InputError` if they cannot be read.
-        """
+        """Read the bytes of a STEP file. Raises `InputError` if they cannot be read."""
         return cls(Path(path), read_bytes(Path(path), most_mb=MOST_STEP_MB, expected="a STEP file"), cache)
 
     @property

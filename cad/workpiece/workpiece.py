@@ -44,10 +44,7 @@ class Workpiece:
 
     @property
     def file(self) -> StepFile:
-        """The STEP file.
-
-        Raises `InputError` for shapes from a script.
-        """
+        """The STEP file. Raises `InputError` for shapes from a script."""
         if self.source is None:
             raise InputError("expected a STEP file, got shapes from a script")
         return self.source

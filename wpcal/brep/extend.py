@@ -47,10 +47,7 @@ def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, I
 
 
 def line(p0: FloatArray, p1: FloatArray) -> FreeEdge:
-    """Return the straight edge between two points.
-
-    `p0`, `p1`: shape (3,). In `part`, mm.
-    """
+    """Return the straight edge between two points. `p0`, `p1`: shape (3,). In `part`, mm."""
     length = float(np.linalg.norm(p1 - p0))
     frame = np.stack([p0, (p1 - p0) / length, np.zeros(3), np.zeros(3)])
     return FreeEdge(CurveKind.LINE, frame, (0.0, 0.0), (0.0, length))

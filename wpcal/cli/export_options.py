@@ -37,10 +37,7 @@ class SelectionAsked:
         return finished.select(names, everything=self.everything)
 
     def require_one(self) -> None:
-        """Refuse names together with all.
-
-        Raises `InputError` if both are given.
-        """
+        """Refuse names together with all. Raises `InputError` if both are given."""
         from wpcal.core.errors import InputError
 
         if self.only is not None and self.everything:

@@ -82,10 +82,7 @@ def export_touches(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Write the touch programs of a plan. The exit code.
-
-    `setup_file`: The touch setup; None for its defaults.
-    """
+    """Write the touch programs of a plan. The exit code. `setup_file`: The touch setup; None for its defaults."""
     from wpcal.cli.outputs import refuse_options, write_programs
     from wpcal.controllers.judge.written import write_judged
     from wpcal.controllers.program.touch_program import TouchProgram

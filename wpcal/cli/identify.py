@@ -27,10 +27,7 @@ class NoiseAsked:
     noise_deg: float | None = opt(None, "Noise of a measured angle (one sigma).", above=0)
 
     def to_noise(self) -> Noise | None:
-        """Return it in millimetres and radians.
-
-        Raises `InputError` if only one of the two is given.
-        """
+        """Return it in millimetres and radians. Raises `InputError` if only one of the two is given."""
         from wpcal.core.errors import InputError
         from wpcal.robot.identify.identifiability import Noise
 

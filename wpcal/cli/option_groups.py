@@ -217,10 +217,7 @@ class _Stated:
         return values.get(self.names[0]) not in (None, ())
 
     def value(self, values: Mapping[str, Any]) -> Any:
-        """Return the field's value of what was typed.
-
-        Raises `InputError` when it cannot be read.
-        """
+        """Return the field's value of what was typed. Raises `InputError` when it cannot be read."""
         if self.option.switches:
             return self._switched(values)
         typed = values.get(self.names[0])

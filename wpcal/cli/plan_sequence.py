@@ -121,10 +121,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
 
 
 def _read(asked: SequenceRequest) -> tuple[SequenceInput, Cell]:
-    """Return the seams and the cell with the part in its place.
-
-    Raises `InputError` when the torch has no bodies.
-    """
+    """Return the seams and the cell with the part in its place. Raises `InputError` when the torch has no bodies."""
     from wpcal.core.errors import InputError
     from wpcal.planning.sequence.sequence_input import read_sequence_input
     from wpcal.seam.names import split_names

@@ -113,10 +113,7 @@ def read_shop(path: Path) -> Shop:
 
 
 def shop_of(text: str, path: Path) -> Shop:
-    """Return what the text of a file says.
-
-    Raises `FormatError` when it is not TOML or a key is unknown.
-    """
+    """Return what the text of a file says. Raises `FormatError` when it is not TOML or a key is unknown."""
     import tomllib
 
     from wpcal.core.errors import FormatError
@@ -137,10 +134,7 @@ def shop_of(text: str, path: Path) -> Shop:
 
 
 def require_tables(shop: Shop, commands: Collection[str]) -> None:
-    """Refuse a table that is of no command.
-
-    Raises `FormatError`.
-    """
+    """Refuse a table that is of no command. Raises `FormatError`."""
     from wpcal.core.errors import FormatError
 
     for table in shop.tables:

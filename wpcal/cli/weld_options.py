@@ -32,10 +32,7 @@ class WeldRulesAsked:
     )
 
     def read(self) -> RuleTable:
-        """Return the table.
-
-        Raises `InputError` when the file cannot be used.
-        """
+        """Return the table. Raises `InputError` when the file cannot be used."""
         from wpcal.weld.rules import read_rules, shipped_rules
 
         return shipped_rules() if self.weld_rules is None else read_rules(self.weld_rules)

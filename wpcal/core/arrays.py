@@ -15,10 +15,7 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 
 
 def frozen(values: ArrayLike) -> FloatArray:
-    """Return a read-only float64 copy.
-
-    Returns ndarray, same shape.
-    """
+    """Return a read-only float64 copy. Returns ndarray, same shape."""
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array

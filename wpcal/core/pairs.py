@@ -55,10 +55,7 @@ class PointPairs:
         return len(self.names)
 
     def select(self, indices: Sequence[int] | ArrayLike) -> PointPairs:
-        """Return some of the pairs.
-
-        `indices`: shape (m,). Rows, in the order of the result.
-        """
+        """Return some of the pairs. `indices`: shape (m,). Rows, in the order of the result."""
         rows = np.asarray(indices, dtype=np.int64)
         return PointPairs(
             tuple(self.names[i] for i in rows),

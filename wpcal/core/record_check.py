@@ -137,10 +137,7 @@ class _Schema:
         self.definitions, self.is_complete = definitions, is_complete
 
     def check_for(self, schema: Mapping[str, Any], field: str) -> Check:
-        """Return the function that checks a value.
-
-        `field`: Name of the nearest field above; its end is the unit.
-        """
+        """Return the function that checks a value. `field`: Name of the nearest field above; its end is the unit."""
         if "$ref" in schema:
             return self.check_for(self.definitions[schema["$ref"].removeprefix("#/$defs/")], field)
         alternatives = schema.get("oneOf") or schema.get("anyOf")

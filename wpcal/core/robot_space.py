@@ -21,10 +21,7 @@ class RobotSpace(Enum):
 
     @classmethod
     def parse(cls, text: str) -> RobotSpace:
-        """Read the word in a file.
-
-        Raises `InputError` when the word is neither ``nominal`` nor ``identified``.
-        """
+        """Read the word in a file. Raises `InputError` when the word is neither ``nominal`` nor ``identified``."""
         try:
             return cls(text)
         except ValueError:

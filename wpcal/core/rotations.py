@@ -151,10 +151,7 @@ def rotation_from_quaternion(q_xyzw: ArrayLike) -> FloatArray:
 
 
 def cross_matrix(v: ArrayLike) -> FloatArray:
-    """Return the matrices [v]× with [v]× u = v × u, shape (..., 3, 3).
-
-    `v`: array_like, shape (..., 3).
-    """
+    """Return the matrices [v]× with [v]× u = v × u, shape (..., 3, 3). `v`: array_like, shape (..., 3)."""
     a = np.asarray(v, dtype=np.float64)
     K = np.zeros((*a.shape[:-1], 3, 3))
     K[..., 0, 1], K[..., 0, 2] = -a[..., 2], a[..., 1]

@@ -75,10 +75,7 @@ class Table:
                 raise FormatError(f"unknown column {shown(name)}; did you mean {near[0]}?", path=self.path, line=1)
 
     def unique_names(self, column: str) -> tuple[str, ...]:
-        """Return the cells of a column of names.
-
-        Raises `FormatError` when a cell is empty or appears twice.
-        """
+        """Return the cells of a column of names. Raises `FormatError` when a cell is empty or appears twice."""
         self.require([column])
         seen: dict[str, int] = {}
         for line, name in zip(self.lines, self.columns[column], strict=True):

@@ -164,10 +164,7 @@ def _is_same(one: Setting, other: Setting) -> bool:
 
 
 def _still_s(readings: Sequence[Reading]) -> float:
-    """Return for how long the arm has been where it is.
-
-    Raises `ArmMovesError` when that is less than `STILL_S`.
-    """
+    """Return for how long the arm has been where it is. Raises `ArmMovesError` when that is less than `STILL_S`."""
     found, still_s, is_changed = readings[-1], 0.0, False
     for reading in reversed(readings[:-1]):
         is_changed = not (_is_same(reading.tool, found.tool) and _is_same(reading.frame, found.frame))

@@ -81,10 +81,7 @@ Credentials = Callable[[str], tuple[str, str]]
 
 
 def credentials_of_environment(host: str) -> tuple[str, str]:
-    """Return what the environment says.
-
-    Raises `LinkError` when it does not.
-    """
+    """Return what the environment says. Raises `LinkError` when it does not."""
     user, password = os.environ.get(USER_VARIABLE), os.environ.get(PASSWORD_VARIABLE)
     if user is None or password is None:
         raise LinkError(f"{host} asks who reads: set {USER_VARIABLE} and {PASSWORD_VARIABLE}")
@@ -105,10 +102,7 @@ class Address:
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """Return the address that a text is.
-
-        Raises `LinkError` when it is none.
-        """
+        """Return the address that a text is. Raises `LinkError` when it is none."""
         place, *words = [word.strip() for word in text.split(",")]
         host, _, port = place.rpartition(":") if place.count(":") == 1 else (place, "", "")
         given = dict(word.split("=", 1) for word in words if word.count("=") == 1)

@@ -220,10 +220,7 @@ def advise_set(
 
 
 def require_seams(seams: Sequence[Seam]) -> None:
-    """Refuse a part without a seam where the error counts.
-
-    Raises `GeometryError` when no seam has a frame.
-    """
+    """Refuse a part without a seam where the error counts. Raises `GeometryError` when no seam has a frame."""
     if not any(len(seam.frames) for seam in seams):
         raise GeometryError(
             "the part has no seam to advise for; `wpcal seams` lists the candidates. Or take the notches inside one "

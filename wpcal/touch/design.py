@@ -141,10 +141,7 @@ class SetSearch:
     def exchanged_in_slots(
         self, slots: Sequence[IntArray], *, rng: np.random.Generator, starts: int = 2
     ) -> tuple[IntArray, FloatArray]:
-        """Exchange within a pattern.
-
-        `slots`: shape (m,). Member k of a set is one of ``slots[k]``.
-        """
+        """Exchange within a pattern. `slots`: shape (m,). Member k of a set is one of ``slots[k]``."""
         best = _Shortlist(len(slots))
         for _ in range(starts):
             first = list[int]()

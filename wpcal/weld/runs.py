@@ -41,10 +41,7 @@ class WeaveBy(Enum):
 
 @dataclass(frozen=True, slots=True)
 class RunChoice:
-    """Which runs a program has.
-
-    Raises `InputError` when the overlap is negative or not finite.
-    """
+    """Which runs a program has. Raises `InputError` when the overlap is negative or not finite."""
 
     tacks: Tacks = opt(Tacks.FIRST, "Tack welds of the weld data: before all welds, only these, or none.")
     weave: WeaveBy = opt(
@@ -119,10 +116,7 @@ def laid_runs(
 
 
 def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
-    """Return the runs of a weld in the order of welding.
-
-    `u95_mm`: ndarray, shape (n,), optional.
-    """
+    """Return the runs of a weld in the order of welding. `u95_mm`: ndarray, shape (n,), optional."""
     beads: tuple[Bead | None, ...] = weld.beads or (None,)
     runs = []
     for bead in beads:

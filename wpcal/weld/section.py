@@ -28,10 +28,7 @@ COPLANAR_RAD = math.radians(20.0)
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """The cross-section of a weld in y and z of the seam frame.
-
-    Raises `InputError` if the section has no area.
-    """
+    """The cross-section of a weld in y and z of the seam frame. Raises `InputError` if the section has no area."""
 
     height_mm: float  #: From the root to the face: the throat of a fillet, the depth of a groove.
     slope: float  #: Change of the half width per height.

@@ -217,10 +217,7 @@ def describe_weld(values: WeldValues) -> str:
 
 
 def require_one_size(values: WeldValues, *, what: str) -> None:
-    """Refuse a fillet with a throat and a leg: one of them decides.
-
-    Raises `InputError` if both are stated.
-    """
+    """Refuse a fillet with a throat and a leg: one of them decides. Raises `InputError` if both are stated."""
     if values.throat_mm is not None and values.leg_mm is not None:
         sizes = listed([f"throat_mm {values.throat_mm:g}", f"leg_mm {values.leg_mm:g}"])
         raise InputError(f"{what}: gives {sizes}; expected one of the two")

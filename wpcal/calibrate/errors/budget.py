@@ -233,10 +233,7 @@ class ErrorBudget:
         return self.sigma.describe() + (f"; {field.describe()}" if field.amplitude_mm + field.rest_mm > 0 else "")
 
     def to_record(self, seams: Sequence[tuple[str, FloatArray]]) -> dict[str, Any]:
-        """Return plain values for a JSON file.
-
-        `seams`: Names and points, shape (k, 3), in `base`, mm.
-        """
+        """Return plain values for a JSON file. `seams`: Names and points, shape (k, 3), in `base`, mm."""
         return {
             "robot": self.belief.field.to_record(),
             "contributions": [self._described(name) for name in CONTRIBUTIONS],

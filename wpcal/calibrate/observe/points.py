@@ -238,10 +238,7 @@ def search_points(
     seed: int,
     certify: bool,
 ) -> tuple[MinimaxSolution, SolverReport]:
-    """Search the least largest distance and polish it to the certified optimum.
-
-    `pairs`: mm.
-    """
+    """Search the least largest distance and polish it to the certified optimum. `pairs`: mm."""
     if solver is Solver.EXACT:
         found = solve_minimax(pairs, certify=certify, nominal=nominal)
         return found, SolverReport(solver, "interior point", seed, starts=found.starts)

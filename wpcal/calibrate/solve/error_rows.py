@@ -57,10 +57,7 @@ class ErrorRows:
         return replace(self, scaled=False)
 
     def select(self, rows: IntArray | BoolArray) -> ErrorRows:
-        """Return rows.
-
-        `rows`: Indices, or a mask of shape (n,). Any shape of indices makes a batch.
-        """
+        """Return rows. `rows`: Indices, or a mask of shape (n,). Any shape of indices makes a batch."""
         covariances, information = self.covariances[rows], self.information[rows]
         return ErrorRows(
             self.p[rows], self.q[rows], covariances, information, self.weights[rows], self.scaled, self.isotropic
@@ -75,10 +72,7 @@ class ErrorRows:
         return R, t
 
     def squares(self, R: FloatArray, t: FloatArray) -> FloatArray:
-        """Squared residuals rᵀ Λ r of a fit.
-
-        `R`, `t`: ndarray, shapes (..., 3, 3), (..., 3).
-        """
+        """Squared residuals rᵀ Λ r of a fit. `R`, `t`: ndarray, shapes (..., 3, 3), (..., 3)."""
         r = self.q - self.p @ np.swapaxes(R, -1, -2) - t[..., None, :]
         if self.isotropic:
             return np.asarray(self.weights * np.einsum("...ni,...ni->...n", r, r))

@@ -144,10 +144,7 @@ class FitSummary:
 
     @classmethod
     def of(cls, problem: FitProblem, fit: CriterionFit, seam_points: FloatArray) -> FitSummary:
-        """Summarise the fit of a problem.
-
-        `seam_points`: shape (k, 3). Part frame, mm.
-        """
+        """Summarise the fit of a problem. `seam_points`: shape (k, 3). Part frame, mm."""
         d = problem.distances_mm(fit.T)
         return cls(len(d), float(d.max()), float(np.sqrt(np.mean(d**2))), fit.largest_error_95(seam_points)[1])
 

@@ -38,10 +38,7 @@ CONCENTRATION_STEPS = 20  #: Each step keeps the nearest points and fits again. 
 
 @lru_cache(maxsize=4)
 def contradicted_points(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> Contradiction:
-    """Find the points that the others contradict. Without sets for three points.
-
-    `pairs`: At least three, mm.
-    """
+    """Find the points that the others contradict. Without sets for three points. `pairs`: At least three, mm."""
     n = len(pairs)
     if n < 4:
         return NOTHING

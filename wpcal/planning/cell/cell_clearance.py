@@ -120,14 +120,7 @@ class Margins:
 
 
 class CellClearance:
-    """Measures a cell with its part. Grids and hulls are made once.
-
-    Attributes
-    ----------
-    carriers : ndarray of int, shape (c, 2)
-        The pairs of frames (rows of `Cell.frames`) that carry bodies which are compared, each once.
-    least_safety_mm : ndarray, shape (c,). Least safety distance of the bodies of each of these, mm.
-    """
+    """Measures a cell with its part. Grids and hulls are made once."""
 
     def __init__(self, cell: Cell, part: TriangleMaterial | None, *, like: CellClearance | None = None) -> None:
         """Make the measures; what depends on the part alone is taken from one with the same part (`like`)."""
@@ -152,6 +145,8 @@ class CellClearance:
             self._field, self._outline = like._field, like._outline
         self._objects: dict[int, Any] = {}
         self._mesh: list[Any] = [] if like is None else like._mesh
+        #: shape (c, 2). The pairs of frames (rows of `Cell.frames`) that carry bodies which are compared, each once.
+        #: shape (c,). Least safety distance of the bodies of each of these, mm.
         self.carriers, self._row_of_pair, self.least_safety_mm = self._carriers()
 
     def _carriers(self) -> tuple[IntArray, IntArray, FloatArray]:

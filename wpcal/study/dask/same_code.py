@@ -48,10 +48,7 @@ def difference(asked: Mapping[str, str], there: Mapping[str, str]) -> str:
 
 
 def require_same(asked: Mapping[str, str], there: Mapping[str, str] | BaseException, worker: str) -> None:
-    """Refuse a worker that would compute other bytes.
-
-    Raises `InputError` with the difference.
-    """
+    """Refuse a worker that would compute other bytes. Raises `InputError` with the difference."""
     if isinstance(there, BaseException):
         what = f"wpcal does not run there ({type(there).__name__}: {there})"
     else:

@@ -67,10 +67,7 @@ def without_events(values: FloatArray) -> FloatArray:
 
 
 def control_charts(values: FloatArray, *, first: int = FIRST_JOBS) -> Charts:
-    """Return the charts of channels.
-
-    `values`: shape (n, c). Row by row the jobs in their order.
-    """
+    """Return the charts of channels. `values`: shape (n, c). Row by row the jobs in their order."""
     kept = without_events(values)
     centre = kept[:first].mean(axis=0)
     sigma = moving_range_sigma(values)

@@ -59,10 +59,7 @@ class CellErrors:
 
 
 def pool_jobs(parts: Sequence[PartJobs]) -> CellErrors:
-    """Pool the residuals of all parts that have enough jobs and points.
-
-    Raises `InputError` when no part has.
-    """
+    """Pool the residuals of all parts that have enough jobs and points. Raises `InputError` when no part has."""
     used = [part for part in parts if len(part.names) >= LEAST_JOBS and len(part.points) >= LEAST_POINTS]
     if not used:
         raise InputError(

@@ -62,10 +62,7 @@ class JobsAsked:
 
 
 def watch_part(jobs: PartJobs, *, first: int = FIRST_JOBS) -> PartDrift:
-    """Return charts, shifts and their likely causes.
-
-    Raises `InputError` when there are fewer than 8 jobs.
-    """
+    """Return charts, shifts and their likely causes. Raises `InputError` when there are fewer than 8 jobs."""
     if len(jobs.names) < LEAST_JOBS:
         raise InputError(
             f"{jobs.file}: {counted(len(jobs.names), 'job')} with a calibration; drift needs at least {LEAST_JOBS} of "

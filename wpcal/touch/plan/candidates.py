@@ -45,10 +45,7 @@ def find_searches(
     options: TouchOptions,
     progress: Progress,
 ) -> Candidates:
-    """Find the searches that the torch can make.
-
-    Raises `GeometryError` when there is none: what would help.
-    """
+    """Find the searches that the torch can make. Raises `GeometryError` when there is none: what would help."""
     progress(f"looking for places to touch on {counted(graph.face_count, 'face')}")
     held, small = find_places(graph, trimmed, place, options)
     if len(held) == 0:

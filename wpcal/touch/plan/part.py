@@ -46,10 +46,7 @@ class PartPlace:
 
     @classmethod
     def of(cls, trimmed: TrimmedFaces, up: FloatArray, tacked: Tacked | None = None) -> PartPlace:
-        """Measure the boxes of the faces.
-
-        `up`: shape (3,). Against gravity, in `part`.
-        """
+        """Measure the boxes of the faces. `up`: shape (3,). Against gravity, in `part`."""
         low, high = trimmed.face_box
         some = np.isfinite(low).all(axis=1)
         least, most = low[some].min(axis=0), high[some].max(axis=0)

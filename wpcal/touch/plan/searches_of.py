@@ -27,10 +27,7 @@ def stick_out_sigma_mm(options: TouchOptions) -> float:
 
 
 def search_of(part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions) -> Search:
-    """Return one stroke as a search.
-
-    `via`: shape (k, 3). Points on the way to its approach, in `part`, mm.
-    """
+    """Return one stroke as a search. `via`: shape (k, 3). Points on the way to its approach, in `part`, mm."""
     one = strokes.select(np.array([row]))
     contacts, setup = one.contacts, options.setup
     face, wire, normal = int(contacts.face[0]), contacts.wire[0], contacts.normal[0]

@@ -192,10 +192,7 @@ class TouchPlan:
         return hashlib.sha256(text.encode()).hexdigest()[:8]
 
     def search(self, name: str) -> Search:
-        """Return the search of a name; upper and lower case are one.
-
-        Raises `InputError` when there is none.
-        """
+        """Return the search of a name; upper and lower case are one. Raises `InputError` when there is none."""
         for search in self.searches:
             if search.name.upper() == name.upper():
                 return search

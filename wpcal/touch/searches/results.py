@@ -133,20 +133,14 @@ def fingerprint_of_stored(first: float | None, last: float | None) -> str:
 
 
 def number_at(values: Mapping[int, float], index: int, what: str, path: str) -> float:
-    """Return a numbered value.
-
-    Raises `FormatError` when the file does not have it.
-    """
+    """Return a numbered value. Raises `FormatError` when the file does not have it."""
     if index not in values:
         raise FormatError(f"lacks {what}; does the touch setup (--setup) name the registers of the program?", path=path)
     return values[index]
 
 
 def parsed_number(text: str, what: str, path: str) -> float:
-    """Return a number of a file.
-
-    Raises `FormatError` when it is none.
-    """
+    """Return a number of a file. Raises `FormatError` when it is none."""
     try:
         return parse_number(text)
     except InputError as error:

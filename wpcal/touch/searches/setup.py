@@ -73,10 +73,7 @@ class UrSetup:
 
 @dataclass(frozen=True, slots=True)
 class TouchSetup:
-    """How a cell senses a touch. Every value has a default.
-
-    Raises `InputError` when a value is out of its range.
-    """
+    """How a cell senses a touch. Every value has a default. Raises `InputError` when a value is out of its range."""
 
     #: The digital input that turns on at contact: a name (ABB) or a number. Empty: the default of the language.
     signal: str = ""

@@ -86,10 +86,7 @@ def read_xmcf(path: Path) -> tuple[XmcfSeam, ...]:
 
 
 def parse_xmcf(raw: bytes, *, path: str) -> tuple[XmcfSeam, ...]:
-    """Return the weld seams that the bytes of a file hold.
-
-    Raises `FormatError` as `read_xmcf` does.
-    """
+    """Return the weld seams that the bytes of a file hold. Raises `FormatError` as `read_xmcf` does."""
     try:
         root = ET.fromstring(raw)
     except ET.ParseError as error:

@@ -17,19 +17,12 @@ from .words import translate
 
 
 class PanelCommand(NamedTuple):
-    """A command that opens a task panel.
+    """A command that opens a task panel."""
 
-    Attributes
-    ----------
-    name : str. As FreeCAD knows it; also the name of its icon.
-    text, tip : str. In the menu, and when the pointer rests on the button.
-    module, panel : str. Module in `panels`, and the class in it.
-    """
-
-    name: str
-    text: str
+    name: str  #: As FreeCAD knows it; also the name of its icon.
+    text: str  #: In the menu, and when the pointer rests on the button.
     tip: str
-    module: str
+    module: str  #: Module in `panels`, and the class in it.
     panel: str
 
     def GetResources(self) -> dict[str, str]:

@@ -20,16 +20,10 @@ FOLDER = "Scripts" if os.name == "nt" else "bin"
 
 
 class Executable(NamedTuple):
-    """A command that may be wpcal.
+    """A command that may be wpcal."""
 
-    Attributes
-    ----------
-    command : tuple of str. The program and its first arguments.
-    origin : str. Where it was found, for the user.
-    """
-
-    command: tuple[str, ...]
-    origin: str
+    command: tuple[str, ...]  #: The program and its first arguments.
+    origin: str  #: Where it was found, for the user.
 
 
 def preferred() -> str:

@@ -8,20 +8,13 @@ from typing import Any, Mapping, NamedTuple
 
 
 class Failure(NamedTuple):
-    """The reason, as wpcal gave it or as the client found it.
+    """The reason, as wpcal gave it or as the client found it."""
 
-    Attributes
-    ----------
-    kind : str
-        As in the protocol (`InputError`, `Cancelled` and others), or of the client: `missing` (there is nothing to
-        start), `version` (another protocol), `stopped` (the process ended before it answered).
-    message : str. One line for the user.
-    data : dict. The other fields of the answer: code, hint, row, column.
-    """
-
+    #: As in the protocol (`InputError`, `Cancelled` and others), or of the client: `missing` (there is nothing to
+    #: start), `version` (another protocol), `stopped` (the process ended before it answered).
     kind: str
-    message: str
-    data: Mapping[str, Any] = MappingProxyType({})
+    message: str  #: One line for the user.
+    data: Mapping[str, Any] = MappingProxyType({})  #: The other fields of the answer: code, hint, row, column.
 
     @property
     def is_cancelled(self) -> bool:

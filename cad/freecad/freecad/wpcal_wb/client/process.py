@@ -92,14 +92,7 @@ class Request:
 
 
 class Client:
-    """A child process `wpcal rpc`. It is started by the first request, and again by the first one after a crash.
-
-    Attributes
-    ----------
-    starts : int
-        How often a process was started. Parts that an earlier process had opened are not known to the present one.
-    version : str. The version of wpcal, once it has answered.
-    """
+    """A child process `wpcal rpc`. It is started by the first request, and again by the first one after a crash."""
 
     def __init__(self, find: Callable[[], Executable | None] = find_executable) -> None:
         self._find = find
@@ -109,8 +102,9 @@ class Client:
         self._rest = b""
         self._last_words = ""
         self._refused: Failure | None = None
+        #: How often a process was started. Parts that an earlier one had opened are not known to the present one.
         self.starts = 0
-        self.version = ""
+        self.version = ""  #: The version of wpcal, once it has answered.
 
     def call(
         self,

@@ -31,19 +31,12 @@ class NothingToExportError(ValueError):
 
 
 class ExportedPart(NamedTuple):
-    """A part as STEP.
-
-    Attributes
-    ----------
-    objects : tuple. The objects of the document that are in the file.
-    frame : FreeCAD.Placement. Where the coordinates of the file lie in the document.
-    hash : str. SHA-256 of the data, without what differs between two files of the same part.
-    """
+    """A part as STEP."""
 
     path: Path
-    objects: tuple[Any, ...]
-    frame: Any
-    hash: str
+    objects: tuple[Any, ...]  #: The objects of the document that are in the file.
+    frame: Any  #: Where the coordinates of the file lie in the document.
+    hash: str  #: SHA-256 of the data, without what differs between two files of the same part.
 
 
 def part_objects(document: Any, chosen: Sequence[Any] = ()) -> list[Any]:

@@ -16,16 +16,10 @@ SAME_MM = 1e-3  #: Corners this near are one: both come from the same STEP file,
 
 
 class MovedSolid(NamedTuple):
-    """A solid and its motion, both in the coordinates of the part.
-
-    Attributes
-    ----------
-    shape : Part.Solid
-    move : FreeCAD.Placement. T_part_moved.
-    """
+    """A solid and its motion, both in the coordinates of the part."""
 
     shape: Any
-    move: Any
+    move: Any  #: T_part_moved.
 
 
 def moved_solids(

@@ -16,19 +16,12 @@ MOST_NEAR = 8  #: So many features around a click are looked at. One far behind 
 
 
 class Pick(NamedTuple):
-    """One thing that was clicked.
-
-    Attributes
-    ----------
-    name : str. Its element: `Vertex3`, `Edge7`, `Face2`; of our own objects `V3` or `W1`.
-    shape : Part.Shape or None. The element in the coordinates of the document; None for our own objects.
-    point : FreeCAD.Vector or None. Where it was clicked, in the document.
-    """
+    """One thing that was clicked."""
 
     object: Any
-    name: str
-    shape: Any
-    point: Any
+    name: str  #: Its element: `Vertex3`, `Edge7`, `Face2`; of our own objects `V3` or `W1`.
+    shape: Any  #: The element in the coordinates of the document; None for our own objects.
+    point: Any  #: Where it was clicked, in the document.
 
 
 def picks_of(selection: Sequence[Any]) -> list[Pick]:
@@ -79,17 +72,11 @@ def feature_under(
 
 
 class Touch(NamedTuple):
-    """What a click means as a taught point, in the part.
+    """What a click means as a taught point, in the part."""
 
-    Attributes
-    ----------
-    place : tuple of float. mm.
-    kind : str. The kind of the row; empty for a point.
-    normal : tuple of float or None. Outward normal of the face; wpcal says which kind of surface it is.
-    """
-
-    place: tuple[float, float, float]
-    kind: str = ""
+    place: tuple[float, float, float]  #: mm.
+    kind: str = ""  #: The kind of the row; empty for a point.
+    #: Outward normal of the face; wpcal says which kind of surface it is.
     normal: tuple[float, float, float] | None = None
 
 

@@ -66,19 +66,13 @@ class Ask:
 
 
 class Session:
-    """What wpcal knows of one document.
-
-    Attributes
-    ----------
-    part : ExportedPart or None. The part as it was written last.
-    opened : dict or None. The answer of `open`: features, solids, members, notes.
-    """
+    """What wpcal knows of one document."""
 
     def __init__(self, document: Any, client: Client) -> None:
         self.document = document
         self.client = client
-        self.part: export.ExportedPart | None = None
-        self.opened: dict[str, Any] | None = None
+        self.part: export.ExportedPart | None = None  #: The part as it was written last.
+        self.opened: dict[str, Any] | None = None  #: The answer of `open`: features, solids, members, notes.
         self._opened_in = 0
         self._opened_path: Path | None = None
         self._changes = export.Changes(document)

@@ -19,29 +19,21 @@ FORCE = "--force"  #: What wpcal advises if a folder has a result; a panel has a
 
 
 class TaskPanel:
-    """Base of the task panels. A subclass names its title and builds its widgets in `build`.
-
-    Attributes
-    ----------
-    form : QWidget. What FreeCAD shows.
-    body : QVBoxLayout. The place of the subclass's widgets.
-    replace : QCheckBox or None. Whether a result that exists may be replaced.
-    options : OptionForm or None. The form with the options of the command.
-    """
+    """Base of the task panels. A subclass names its title and builds its widgets in `build`."""
 
     title = ""
-    replace: Any = None
-    options: Any = None
+    replace: Any = None  #: Whether a result that exists may be replaced.
+    options: Any = None  #: The form with the options of the command.
 
     def __init__(self, document: Any) -> None:
         self.document = document
         self.session = session_of(document)
         self._asks: list[Ask] = []
         self._is_closed = False
-        self.form = widgets().QWidget()
+        self.form = widgets().QWidget()  #: What FreeCAD shows.
         self.form.setWindowTitle(translate(self.title))
         outer = widgets().QVBoxLayout(self.form)
-        self.body = widgets().QVBoxLayout()
+        self.body = widgets().QVBoxLayout()  #: The place of the subclass's widgets.
         outer.addLayout(self.body)
         outer.addWidget(self._message_line())
         outer.addLayout(self._progress_line())

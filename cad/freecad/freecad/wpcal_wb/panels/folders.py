@@ -28,10 +28,7 @@ class FolderLine:
         line.addWidget(button)
 
     def path(self) -> str:
-        """Return the folder.
-
-        Raises `ValueError` if none is named.
-        """
+        """Return the folder. Raises `ValueError` if none is named."""
         text = self.edit.text().strip()
         if not text:
             raise ValueError(translate("Name the folder for the result."))

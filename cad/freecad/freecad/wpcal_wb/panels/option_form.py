@@ -17,12 +17,7 @@ DEFAULT = ""  #: The first choice of a list: wpcal decides.
 
 
 class OptionForm:
-    """The fields of the options of one command.
-
-    Attributes
-    ----------
-    changed : callable or None. Called after a field was changed, without arguments.
-    """
+    """The fields of the options of one command."""
 
     def __init__(self, *, first: Mapping[str, str], left_out: Sequence[str] = (), switches: Sequence[str] = ()) -> None:
         """Make an empty form."""
@@ -30,7 +25,7 @@ class OptionForm:
         self.is_filled = False
         self._fields: dict[str, _Field] = {}
         self._wanted: dict[str, Any] = {}
-        self.changed: Callable[[], None] | None = None
+        self.changed: Callable[[], None] | None = None  #: Called after a field was changed, without arguments.
         self.widget = widgets().QWidget()
         outer = widgets().QVBoxLayout(self.widget)
         outer.setContentsMargins(0, 0, 0, 0)

@@ -144,10 +144,7 @@ class WeldPlanPanel(PlanPanel):
         self.body.addWidget(self.result.widget)
 
     def inputs(self, options: dict[str, Any]) -> dict[str, Any]:
-        """Return cell, result folder and options.
-
-        Raises `ValueError` if no cell is named.
-        """
+        """Return cell, result folder and options. Raises `ValueError` if no cell is named."""
         cell = self.cell.text().strip()
         if not cell:
             raise ValueError(translate("Name the file of the cell."))

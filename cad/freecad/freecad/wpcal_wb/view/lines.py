@@ -45,10 +45,7 @@ def paths_node(paths: Sequence[Path], *, width: float, depth: float = NEARER) ->
 
 
 def triads_node(poses: Sequence[tuple[Place, Sequence[Place]]], *, length: float) -> coin.SoSeparator:
-    """Return one node that draws frames as three short lines each.
-
-    `length`: Of an axis, mm.
-    """
+    """Return one node that draws frames as three short lines each. `length`: Of an axis, mm."""
     places: list[Place] = []
     index: list[int] = []
     for place, axes in poses:
