@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from rich.table import Table
 from cad.workpiece.calibrate import calibrate_files
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
+from tests.benchmarks.timing import least_seconds
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions
 
@@ -81,18 +81,9 @@ def beside_the_kernel(folder: Path) -> list[tuple[str, str, str]]:
         "of it: reading, features": lambda: open_workpiece(PART),
         "of it: seams": lambda: find_seams(workpiece, SeamOptions()),
     }
-    seconds = {name: least(work) for name, work in steps.items()}
+    seconds = {name: least_seconds(work, REPEATS) for name, work in steps.items()}
     raw = next(iter(seconds.values()))
     return [(f"{PART.name}, {name}", "", f"{s:.2f} s, ratio {s / raw:.2f}") for name, s in seconds.items()]
-
-
-def least(work: Callable[[], object]) -> float:
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def write_taught(features: tuple, path: Path) -> None:

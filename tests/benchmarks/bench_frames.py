@@ -7,8 +7,7 @@ the nearest point (`ShapeAnalysis_Surface`, with the point before as start) and 
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from rich.table import Table
 from cad.kernel.to_brep import to_brep
 from cad.kernel.topology import EDGE, FACE, sub_shape_uses
 from cad.samples.parts import box, cut, cylinder
+from tests.benchmarks.timing import least_seconds
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
 from wpcal.seam.path.discretise import Stations
 from wpcal.seam.path.frames import seam_frames
@@ -39,8 +39,8 @@ def main() -> Table:
         graph = to_brep([("part", shape)])
         edge = int(np.flatnonzero(graph.edge_kind == kind)[0])
         faces = faces_beside(graph, edge)
-        mine = least(lambda g=graph, e=edge, f=faces: frames(g, e, f)) / FRAMES
-        kernel = least(lambda s=shape, g=graph, e=edge, f=faces: kernel_frames(s, g, e, f)) / KERNEL_FRAMES
+        mine = least_seconds(partial(frames, graph, edge, faces), REPEATS) / FRAMES
+        kernel = least_seconds(partial(kernel_frames, shape, graph, edge, faces), REPEATS) / KERNEL_FRAMES
         table.add_row(name, f"≤ {asked:.0f}", f"{mine * 1e6:.2f}", f"{kernel * 1e6:.1f}", f"{mine / kernel:.3f}")
     return table
 
@@ -118,15 +118,6 @@ def kernel_frames(shape: Any, graph: BrepGraph, edge: int, faces: tuple[int, int
             du.Crossed(dv)
             if foot.Distance(p) > ON_CURVE_MM:
                 raise RuntimeError(f"a foot {foot.Distance(p):.1e} mm away from its point")
-
-
-def least(work: Callable[[], object]) -> float:
-    times = []
-    for _ in range(REPEATS):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return min(times)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy.optimize import least_squares
 
+from tests.benchmarks.timing import least_seconds
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.robot.identify.error_summary import distances_mm
@@ -33,16 +33,6 @@ REPEATS = 7
 SEEDS = 10
 NOISE = Noise(0.05, float(np.deg2rad(0.005)))
 ROKAE = Path(__file__).parents[3] / "shared" / "ident" / "rokae_30poses.csv"
-
-
-def fastest(action: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Return the least of several times, s: what others do on the machine only adds."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def main() -> None:
@@ -70,11 +60,15 @@ def kinematics() -> Table:
     real = arm.as_identified(model.moved(parameters, XIONG_2015_ERRORS).chain)
     few = T[:500]
     rows = [
-        ("forward kinematics", "≤ 2", fastest(lambda: forward_kinematics(arm.chain, theta)) / POSES),
-        ("Jacobian of 24 parameters", "≤ 40", fastest(lambda: model.jacobian(parameters, theta, first)) / POSES),
-        ("closed-form inverse, 8 branches", "≤ 3", fastest(lambda: solve_opw(geometry, T)) / POSES),
-        ("the same with couplings and turns", "", fastest(lambda: solve_inverse(arm, T)) / POSES),
-        ("inverse of an identified arm", "", fastest(lambda: solve_inverse(real, few), 3) / len(few)),
+        ("forward kinematics", "≤ 2", least_seconds(lambda: forward_kinematics(arm.chain, theta), REPEATS) / POSES),
+        (
+            "Jacobian, 24 columns",
+            "≤ 40",
+            least_seconds(lambda: model.jacobian(parameters, theta, first), REPEATS) / POSES,
+        ),
+        ("closed-form inverse, 8 branches", "≤ 3", least_seconds(lambda: solve_opw(geometry, T), REPEATS) / POSES),
+        ("the same with couplings and turns", "", least_seconds(lambda: solve_inverse(arm, T), REPEATS) / POSES),
+        ("inverse of an identified arm", "", least_seconds(lambda: solve_inverse(real, few), 3) / len(few)),
     ]
     table = Table(title=f"Kinematics, µs a pose ({POSES} poses at once)")
     for heading in ("", "asked", "measured"):
@@ -150,7 +144,7 @@ def real_poses() -> Table:
     seen = PoseObservations(np.deg2rad(rows[:, :6]), rows[:, 6:9], rotation_from_quaternion(rows[:, 9:13]))
     options = IdentifyOptions(free_base=True, free_tool=True, folds=30)
     result = identify_arm(arm, seen, options=options)
-    seconds = fastest(lambda: identify_arm(arm, seen, options=options), 2) / 31  # 30 folds and all poses
+    seconds = least_seconds(lambda: identify_arm(arm, seen, options=options), 2) / 31  # 30 folds and all poses
     table = Table(title="Real poses, leave one out (asked: mean ≤ 0.13, largest ≤ 0.30 mm, ≤ 50 ms a fit)")
     for heading in ("", "mean mm", "largest mm", "ms a fit"):
         table.add_column(heading, justify="right" if heading else "left")

@@ -6,8 +6,6 @@ The raw reader is the kernel's own `STEPControl_Reader`, parsing and transfer. T
 from __future__ import annotations
 
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
@@ -18,6 +16,7 @@ from cad.kernel.topology import compound
 from cad.step.append import append_placement, with_entities
 from cad.step.bake import bake_text
 from cad.step.open_text import read_step_text
+from tests.benchmarks.timing import least_seconds
 from wpcal.core.errors import FormatError
 from wpcal.core.records import write_file
 from wpcal.core.transform import RigidTransform
@@ -29,16 +28,6 @@ BOXES = 5000  #: 30 000 faces, 91 MB: the size the project is asked to be fast a
 TO_REACH = 0.1
 SHARED_STEP = Path(__file__).resolve().parents[3] / "shared" / "step"
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
-
-
-def least_time(action: Callable[[], object]) -> float:
-    """Shortest of several runs, s."""
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def read_raw(path: Path) -> None:
@@ -73,7 +62,7 @@ def write_large(path: Path) -> None:
 def baked_ratio(path: Path, target: Path, raw: float) -> str:
     """Time of baking over the raw reader's, or a dash where baking refuses the file."""
     try:
-        return f"{least_time(lambda: bake(path, target)) / raw:8.3f}"
+        return f"{least_seconds(lambda: bake(path, target), REPEATS) / raw:8.3f}"
     except FormatError:
         return f"{'-':>8s}"
 
@@ -86,8 +75,8 @@ def main() -> None:
         large, target = Path(folder) / f"{BOXES} boxes", Path(folder) / "moved.step"
         write_large(large)
         for path in (*real_files(), large):
-            raw = least_time(lambda path=path: read_raw(path))
-            appended = least_time(lambda path=path: append(path, target))
+            raw = least_seconds(lambda path=path: read_raw(path), REPEATS)
+            appended = least_seconds(lambda path=path: append(path, target), REPEATS)
             size = path.stat().st_size / 1e6
             row = f"{path.name:40s} {size:6.2f} {raw:8.3f} {appended:10.4f} {appended / raw:8.3f}"
             print(row, baked_ratio(path, target, raw), "" if appended <= TO_REACH * raw else f"above {TO_REACH}")
