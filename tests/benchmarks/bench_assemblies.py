@@ -85,9 +85,3 @@ def command(*arguments: object) -> tuple[float, float]:
     if process.returncode not in (0, 1):
         raise RuntimeError(f"{arguments[0]} ended with {process.returncode}")
     return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
-
-
-if __name__ == "__main__":
-    from rich.console import Console
-
-    Console().print(main())

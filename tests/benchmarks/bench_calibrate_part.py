@@ -102,9 +102,3 @@ def read_and_write(source: Path, target: Path) -> None:
     writer = STEPControl_Writer()
     writer.Transfer(reader.OneShape(), STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(target))
-
-
-if __name__ == "__main__":
-    from rich.console import Console
-
-    Console().print(main())

@@ -115,7 +115,3 @@ class _Every:
                 found = fcl.distance(self.objects[a], self.objects[b], fcl.DistanceRequest(), fcl.DistanceResult())
                 least = min(least, found)
         return least
-
-
-if __name__ == "__main__":
-    main()

@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
@@ -56,7 +55,3 @@ def main() -> Table:
             continue
         table.add_row(name, f"{seconds:.3f}", f"{seconds / peer:.1f}", "yes" if seconds <= TO_REACH_S else "no")
     return table
-
-
-if __name__ == "__main__":
-    Console().print(main())

@@ -118,9 +118,3 @@ def kernel_frames(shape: Any, graph: BrepGraph, edge: int, faces: tuple[int, int
             du.Crossed(dv)
             if foot.Distance(p) > ON_CURVE_MM:
                 raise RuntimeError(f"a foot {foot.Distance(p):.1e} mm away from its point")
-
-
-if __name__ == "__main__":
-    from rich.console import Console
-
-    Console().print(main())

@@ -10,6 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from tests.benchmarks.timing import least_seconds
 from tests.chain_error import chain_error
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.cell_file import read_cell
@@ -38,19 +39,9 @@ def main() -> None:
     console = Console(width=120)
     cell = read_cell(CELLS / "two-mh6.json")
     problem = PlanningProblem(cell, read_seam_path(CELLS / "saddle-seams.json", "W1", cell), WeldTargets())
-    seconds, result = fastest_front(problem)
+    seconds, result = least_seconds(lambda: plan_seam(problem), REPEATS), plan_seam(problem)
     console.print(front_table(problem, seconds, result))
     console.print(methods_table(problem, result))
-
-
-def fastest_front(problem: PlanningProblem) -> tuple[float, PlanningResult]:
-    """Return the least time of several searches, s, with the check of every plan between its points."""
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        result = plan_seam(problem)
-        times.append(time.perf_counter() - start)
-    return min(times), result
 
 
 def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult) -> Table:

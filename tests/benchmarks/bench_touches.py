@@ -81,7 +81,3 @@ def main() -> None:
         _, known, known_classical = compared(touch_part(name), TouchSetup(stick_out_sigma_mm=0.0))
         ratios = f"{planned / classical:.2f} | {known / known_classical:.2f}"
         print(f"| {name} | {predicted:.2f} | {planned:.2f} | {classical:.2f} | {ratios} |", flush=True)
-
-
-if __name__ == "__main__":
-    main()

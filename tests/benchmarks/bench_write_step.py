@@ -86,7 +86,3 @@ def real_files() -> tuple[Path, ...]:
     """Return the largest of the shared files, and an assembly."""
     names = ("tail_section_asm.stp", "nist_ctc_02_asme1_ap242-e2.stp", "ANC101-ill.stp", "as1-oc-214.stp")
     return tuple(SHARED_STEP / name for name in names if (SHARED_STEP / name).exists())
-
-
-if __name__ == "__main__":
-    main()

@@ -30,7 +30,6 @@ Command = Callable[..., Any]
 SEAMS = {"as1-oc-214.stp": (132, 0), "dm1-id-214.stp": (20, 0), "colored.step": (0, 0), "house_walls.stp": (0, 0)}
 """Candidates and accepted seams. They were looked at once and are kept to notice a change: there is no other authority
 for them."""
-LARGE = ("house_walls.stp",)  #: Of 17 m: the scale that 10 K of steel may have is 1.7 mm there, and that is said.
 POINTS = 5  #: As many as a person would teach.
 
 REFUSED = {
@@ -90,9 +89,9 @@ def test_the_pose_of_a_real_part_is_found(wpcal: Command, name: str, tmp_path: P
     features = [f for f in json.loads(listed.stdout)["features"] if f["ease"] != "indirect"]
     write_taught(features, tmp_path / "taught.csv")
     done = wpcal("calibrate", part, tmp_path / "taught.csv", "-o", tmp_path / "out", "--json")
-    assert (done.returncode, done.stderr) == (int(name in LARGE), "")
+    assert (done.returncode, done.stderr) == (0, "")
     record = json.loads(done.stdout)
-    assert record["verdict"] == ("UNSURE" if name in LARGE else "PASS")
+    assert record["verdict"] == "PASS"
     T = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
     points = np.array([feature["p_mm"] for feature in features])
     assert np.linalg.norm(T.apply(points) - T_BASE_PART.apply(points), axis=1).max() <= POSE_MM

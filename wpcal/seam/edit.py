@@ -70,10 +70,7 @@ def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
 
 
 def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
-    """Return the candidate that a record describes.
-
-    Raises `FormatError` if something is missing.
-    """
+    """Return the candidate that a record describes. Raises `FormatError` if something is missing."""
     try:
         x, y, z = map(_length, record["start_part_mm"])
         u, v, w = map(_length, record["middle_part_mm"])
@@ -91,10 +88,7 @@ def _length(value: Any) -> float:
 
 
 def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
-    """Return one edit.
-
-    Raises `FormatError` if a key is unknown or a value has the wrong type.
-    """
+    """Return one edit. Raises `FormatError` if a key is unknown or a value has the wrong type."""
 
     def refuse(message: str) -> FormatError:
         return FormatError(f"edit of seam {label}: {message}", path=path)

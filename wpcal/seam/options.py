@@ -134,10 +134,7 @@ class Reach:
 
 @dataclass(frozen=True, slots=True)
 class SeamOptions:
-    """How seams are found, accepted and cut into frames.
-
-    Raises `InputError` if a length is negative or not finite.
-    """
+    """How seams are found, accepted and cut into frames. Raises `InputError` if a length is negative or not finite."""
 
     gap_mm: float | None = opt(None, "Largest gap between members.  [default: by part size, at most 0.5]")
     concave: ConcaveEdges = opt(

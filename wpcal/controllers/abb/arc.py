@@ -42,10 +42,7 @@ class ArcData:
 
 
 def arc_data(path: WeldPath, stem: str, speed_mm_s: float, rules: NameRules) -> ArcData:
-    """Return the data of a seam.
-
-    Raises `InputError` when RAPID does not allow the name of data that the user gave.
-    """
+    """Return the data of a seam. Raises `InputError` when RAPID does not allow the name of data that the user gave."""
     values, lines = path.values, list[str]()
     seam = _named(values.seam_data, "seam_data", rules)
     if not seam:

@@ -61,10 +61,7 @@ _Target = RigidTransform | JointValues | str | None
 
 
 def read_rapid(text: str, path: str) -> ProgramPoints:
-    """Read a module.
-
-    Raises `FormatError` when a value breaks the syntax or a quaternion is not of unit length.
-    """
+    """Read a module. Raises `FormatError` when a value breaks the syntax or a quaternion is not of unit length."""
     plain = COMMENT_OR_STRING.sub(_blank, text)
     targets: list[tuple[str, int, _Target]] = []
     frames: dict[str, RigidTransform | None] = {}

@@ -35,10 +35,7 @@ class Register:
 
 
 def registers_of(text: str, path: str) -> Iterator[Register]:
-    """Yield the position registers of ``posreg.va``.
-
-    Raises `FormatError` when a coordinate is not a number.
-    """
+    """Yield the position registers of ``posreg.va``. Raises `FormatError` when a coordinate is not a number."""
     start = POSITIONS.search(text)
     first = 0 if start is None else text.count("\n", 0, start.start())
     found: list[tuple[re.Match[str], int, list[str]]] = []

@@ -125,10 +125,7 @@ def numbered(bodies: Sequence[Sequence[str]]) -> list[str]:
 
 
 def pose_bodies(head: str, confs: Sequence[str], p: FloatArray, R: FloatArray) -> list[Body]:
-    """Return the lines of positions that are poses.
-
-    `p`, `R`: shapes (n, 3) and (n, 3, 3), in any one frame, mm.
-    """
+    """Return the lines of positions that are poses. `p`, `R`: shapes (n, 3) and (n, 3, 3), in any one frame, mm."""
     rows = zip(rounded(p, DECIMALS).tolist(), zyx_degrees(R, decimals=DECIMALS).tolist(), confs, strict=True)
     return [
         (

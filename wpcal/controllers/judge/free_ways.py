@@ -28,10 +28,7 @@ class FreeWays:
     _ways: list[_Way] = field(default_factory=list)
 
     def is_free(self, states: FloatArray, gaps: BoolArray) -> bool:
-        """Tell whether moves are free.
-
-        `states`, `gaps`: shapes (n, k) and (n - 1,). As of `MotionChecker.check`.
-        """
+        """Tell whether moves are free. `states`, `gaps`: shapes (n, k) and (n - 1,). As of `MotionChecker.check`."""
         gaps = np.append(gaps, True)
         for way in self._ways:
             if way.states.shape == states.shape:

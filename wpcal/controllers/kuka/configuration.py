@@ -21,10 +21,7 @@ from wpcal.robot.kinematics.inverse import Posture
 
 
 def status_and_turn(posture: Posture) -> list[tuple[int, int]]:
-    """Return S and T of every posture.
-
-    Raises `InputError` when the wrist centre is behind axis 1.
-    """
+    """Return S and T of every posture. Raises `InputError` when the wrist centre is behind axis 1."""
     refuse_first(posture.is_behind, "the wrist is in the overhead area, for which no source of S could be checked")
     status = 2 * ~posture.is_behind_lower_arm + 4 * (np.sin(posture.joints[:, 4]) < 0.0)
     turn = (posture.joints < 0.0) @ (1 << np.arange(6))

@@ -38,10 +38,7 @@ AXES = ("a1", "a2", "a3", "a4", "a5", "a6")
 
 
 def read_krl(text: str, path: str) -> ProgramPoints:
-    """Read a data list.
-
-    Raises `FormatError` when a position lacks a coordinate.
-    """
+    """Read a data list. Raises `FormatError` when a position lacks a coordinate."""
     positions: list[tuple[str, int, RigidTransform | JointValues | None]] = []
     frames: dict[str, RigidTransform] = {}
     taught: list[tuple[str, int, RigidTransform]] = []

@@ -148,10 +148,7 @@ class AirMoves:
 
 @dataclass(frozen=True, slots=True)
 class Post(Blocks):
-    """The templates of one language for a weld program.
-
-    `language`: The name of the format.
-    """
+    """The templates of one language for a weld program. `language`: The name of the format."""
 
     program: WeldProgram
 

@@ -32,6 +32,7 @@ ABOVE_MM = 50.0  #: By default the lowest point of the torch is this far above t
 LEAST_STRETCH_MM = 0.02  #: A stretch of a move is not halved further: it counts as too near.
 BACK_MM = (0.0, 25.0, 50.0, 100.0, 200.0, 400.0)
 """How far back along the wire the torch goes before it goes up, the shortest free one."""
+NEARER = (1.0, 0.5, 0.25)  #: Shares of the approach, or of the retract, that are tried until a way leads on from it.
 SIDES = 8  #: Directions in which the torch leaves the part's box if it cannot go up.
 LARGEST_TURN_RAD = math.radians(90.0)
 """A linear move with a larger turn gets poses in between: near 180 degrees controllers turn one way or the other."""
@@ -73,6 +74,7 @@ class Ends:
     name: str  #: Of the seam.
     p: FloatArray  #: shape (2, 3). Tool centre points in `base`, mm.
     R: FloatArray  #: shape (2, 3, 3). Axes of the tool in `base`.
+    weld: FloatArray  #: shape (2, 3). Where the weld begins and ends, mm: an end may be moved towards it.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +93,7 @@ class AirPlan:
     """The checked ways of a program."""
 
     safe: AirWay  #: One pose above the part, at which the program starts and ends.
+    ends: tuple[FloatArray, ...]  #: shape (2, 3). Per seam: approach and retract, nearer to the weld where it must be.
     #: `to_seam`, `from_seam`: Per seam: from the end of the way before to the approach (without it), and from the
     #: retract (without it) up.
     to_seam: tuple[AirWay, ...]
@@ -170,12 +173,14 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     if held:
         raise NoWayError(held)
     rises = [[way for way in ways if isinstance(way, AirWay)] for ways in found]
+    moved = tuple(np.stack([way.p[0] for way in ways]) for ways in rises)
+    rises = [[AirWay(way.p[1:], way.R[1:]) for way in ways] for ways in rises]
     middle = (part.corners.reshape(-1, 3).min(axis=0) + part.corners.reshape(-1, 3).max(axis=0)) / 2
     home = middle + (height - float(middle @ up)) * up
     at, to_seam, from_seam = home, [], []
     start_R = home_R
     for number, (end, (down, away)) in enumerate(zip(ends, rises, strict=True)):
-        first = down.p[-1] if len(down) else end.p[0]
+        first = down.p[-1] if len(down) else moved[number][0]
         turn = turns[number - 1] if number else start_R[None]
         names = f"{ends[number - 1].name} to {end.name}" if number else f"the safe point to {end.name}"
         across = search.across(at, first, turn, names)
@@ -183,11 +188,11 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
             AirWay(np.concatenate([across.p, down.p[::-1][1:]]), np.concatenate([across.R, down.R[::-1][1:]]))
         )
         from_seam.append(away)
-        at = away.p[-1] if len(away) else end.p[1]
+        at = away.p[-1] if len(away) else moved[number][1]
     back = search.across(at, home, last_turn, f"{ends[-1].name} to the safe point")
     tail = from_seam[-1]
     from_seam[-1] = AirWay(np.concatenate([tail.p, back.p[:-1]]), np.concatenate([tail.R, back.R[:-1]]))
-    return AirPlan(AirWay(home[None], home_R[None]), tuple(to_seam), tuple(from_seam), clearance)
+    return AirPlan(AirWay(home[None], home_R[None]), moved, tuple(to_seam), tuple(from_seam), clearance)
 
 
 def _clearance(air: AirSettings, torch: TorchAtTool, turns: Sequence[FloatArray]) -> float:
@@ -235,14 +240,19 @@ class _Search:
     height: float
 
     def rise(self, end: Ends, which: int) -> AirWay | str:
-        """Return the shortest free way from an end of a seam up to the plane, without the end itself; or why not."""
-        p, R = end.p[which], end.R[which]
-        for corners in sorted(self._candidates(p, R), key=lambda corners: _length([p, *corners])):
-            points = np.array([p, *corners])
-            if self._is_free_back(points, R):
-                keep = np.linalg.norm(np.diff(points, axis=0), axis=1) > NO_LENGTH_MM
-                points = points[1:][keep]
-                return AirWay(points, np.repeat(R[None], len(points), axis=0))
+        """Return the shortest free way from an end of a seam up to the plane; or why there is none.
+
+        Where there is none the end is moved towards the weld (`NEARER`).
+        """
+        R, weld = end.R[which], end.weld[which]
+        for share in NEARER:
+            p = weld + share * (end.p[which] - weld)
+            for corners in sorted(self._candidates(p, R), key=lambda corners: _length([p, *corners])):
+                points = np.array([p, *corners])
+                if self._is_free_back(points, R):
+                    is_move = np.linalg.norm(np.diff(points, axis=0), axis=1) > NO_LENGTH_MM
+                    points = points[np.append(True, is_move)]
+                    return AirWay(points, np.repeat(R[None], len(points), axis=0))
         where = ("to", "from")[which]
         return (
             f"seam {end.name}: no checked way leads {where} it: up, back along the wire and sideways, the torch comes "

@@ -18,10 +18,7 @@ DRY_MARKS = ("ARC ON", "ARC OFF")  #: The same in a program of a dry run: they s
 
 @dataclass(frozen=True, slots=True)
 class ArcSettings:
-    """How a program switches the arc.
-
-    Raises `InputError` when the output is negative.
-    """
+    """How a program switches the arc. Raises `InputError` when the output is negative."""
 
     output: int | None = opt(
         None,

@@ -81,11 +81,11 @@ def check_program(
         if strict or not paths:
             raise
         plan = plan_air_moves(part, [_ends(path) for path in paths], at_tool, air)
-    ways = zip(paths, plan.to_seam, plan.from_seam, strict=True)
+    ways = zip(paths, plan.ends, plan.to_seam, plan.from_seam, strict=True)
     return replace(
         program,
         shape=torch,
-        paths=tuple(_with_ways(path, to_seam, from_seam) for path, to_seam, from_seam in ways),
+        paths=tuple(_with_ways(*each) for each in ways),
         safe_point=SafePoint(frozen(plan.safe.p), frozen(plan.safe.R)),
         checked=_describe(part, torch, program.torch.tool_axis, plan),
         left_out=left_out,
@@ -93,8 +93,9 @@ def check_program(
 
 
 def _ends(path: WeldPath) -> Ends:
-    at = [path.weld_rows.start - 1, path.weld_rows.stop]
-    return Ends(path.seam.name, path.p_base[at], path.R_base[at])
+    first, stop = path.weld_rows.start, path.weld_rows.stop
+    at = [first - 1, stop]
+    return Ends(path.seam.name, path.p_base[at], path.R_base[at], path.p_base[[first, stop - 1]])
 
 
 def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> dict[str, str]:
@@ -111,10 +112,12 @@ def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> 
     return {name: places[0].describe(name, frame) for name, places, frame in named if places}
 
 
-def _with_ways(path: WeldPath, to_seam: AirWay, from_seam: AirWay) -> WeldPath:
+def _with_ways(path: WeldPath, ends: FloatArray, to_seam: AirWay, from_seam: AirWay) -> WeldPath:
+    p = path.p_base.copy()
+    p[[path.weld_rows.start - 1, path.weld_rows.stop]] = ends
     return replace(
         path,
-        p_base=frozen(np.concatenate([to_seam.p, path.p_base, from_seam.p])),
+        p_base=frozen(np.concatenate([to_seam.p, p, from_seam.p])),
         R_base=frozen(np.concatenate([to_seam.R, path.R_base, from_seam.R])),
         before=path.before + len(to_seam),
         after=path.after + len(from_seam),

@@ -55,10 +55,7 @@ class PlanOutput:
 def build_planned_program(
     plan: KeptPlan, seams: Mapping[str, PlannedSeam], output: PlanOutput | None = None
 ) -> WeldProgram:
-    """Return the weld program of a plan.
-
-    Raises `InputError` when a move is not free.
-    """
+    """Return the weld program of a plan. Raises `InputError` when a move is not free."""
     if not plan.is_free:
         raise InputError("no program is written for a plan that is not free of collision")
     output = output or PlanOutput()

@@ -39,10 +39,7 @@ class Place:
 
 
 class Machine(Protocol):
-    """A robot, or what writes down where a robot would go.
-
-    `at`: Set by the interpreter before each call.
-    """
+    """A robot, or what writes down where a robot would go. `at`: Set by the interpreter before each call."""
 
     at: Place
 

@@ -185,10 +185,7 @@ class Cell:
 
     @property
     def T_part(self) -> RigidTransform:
-        """The part in its carrier.
-
-        Raises `InputError` when it is not known.
-        """
+        """The part in its carrier. Raises `InputError` when it is not known."""
         if self.T_carrier_part is None:
             raise InputError(
                 "the part's place is not known: give the folder of a finished calibration, or write "

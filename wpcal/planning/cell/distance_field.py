@@ -43,10 +43,7 @@ class DistanceField:
 
     @classmethod
     def of_triangles(cls, corners: FloatArray) -> DistanceField:
-        """Fill a grid.
-
-        `corners`: shape (m, 3, 3). Corners of triangles in any frame, mm; at least one triangle.
-        """
+        """Fill a grid. `corners`: shape (m, 3, 3). Corners of triangles in any frame, mm; at least one triangle."""
         box = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
         low = box[0] - AROUND_MM
         size = box[1] + AROUND_MM - low

@@ -252,10 +252,7 @@ def _rotation_to(direction: FloatArray) -> FloatArray:
 
 
 def import_fcl() -> Any:
-    """Return the module `fcl`.
-
-    Raises `InputError` when `python-fcl` is not installed.
-    """
+    """Return the module `fcl`. Raises `InputError` when `python-fcl` is not installed."""
     try:
         import fcl  # noqa: PLC0415  # an optional package, needed only where a body has a hull
     except ImportError:

@@ -31,10 +31,7 @@ class CollisionVerdict(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """One path of both robots along a seam.
-
-    Raises `InputError` when lengths differ.
-    """
+    """One path of both robots along a seam. Raises `InputError` when lengths differ."""
 
     seam: str  #: Name of the seam in ``seams.json``.
     s_mm: FloatArray  #: shape (n,). Arc length at the points, increasing, mm.

@@ -183,10 +183,7 @@ def limit_excess(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
 
 
 def clearance_advice(problem: PlanningProblem, between: tuple[str, str], best_mm: float) -> str:
-    """Return what would let two bodies keep their distance.
-
-    `best_mm`: Largest distance that was attained, mm.
-    """
+    """Return what would let two bodies keep their distance. `best_mm`: Largest distance that was attained, mm."""
     near = {shape.name for shape in problem.cell.torch if shape.to_part_mm is not None}
     part = {f"robot 2 {shape.name}" for shape in problem.cell.part}
     torch = {f"robot 1 {shape.name}" for shape in problem.cell.torch}

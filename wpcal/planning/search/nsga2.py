@@ -182,10 +182,7 @@ MOST_PATHS = 60  #: Paths that are returned, spread over the front: more than a 
 
 @dataclass(frozen=True, slots=True)
 class Nsga2Options:
-    """How long NSGA-II runs, and what it starts from.
-
-    Raises `InputError` when a number is too small.
-    """
+    """How long NSGA-II runs, and what it starts from. Raises `InputError` when a number is too small."""
 
     population: int = opt(100, "Population of NSGA-II.", least=4)
     generations: int = 200
@@ -200,10 +197,7 @@ class Nsga2Options:
 def evolve_paths(
     problem: PlanningProblem, seeds: Sequence[CandidatePath], options: Nsga2Options, progress: SearchProgress
 ) -> tuple[list[CandidatePath], bool]:
-    """Run NSGA-II.
-
-    Raises `InputError` when pymoo is not installed.
-    """
+    """Run NSGA-II. Raises `InputError` when pymoo is not installed."""
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2  # noqa: PLC0415  # an optional extra, slow to import
         from pymoo.core.evaluator import Evaluator  # noqa: PLC0415

@@ -249,7 +249,8 @@ class _Smoother:
                 self.spun[id(way)] = respun(ways.search, way)
             base = self.spun[id(way)]
             found = tilted(ways.search, way, base) if may_tilt else base
-            self.found[key] = way, next(iter(ways.search.leaving([found])), way)  # the way is kept with its id
+            best = found if ways.search.leaves_ends([found]).all() else way
+            self.found[key] = way, best  # the way is kept with its id
         return self.found[key][1]
 
 

@@ -144,10 +144,7 @@ def changed_targets(targets: SequenceTargets, help_: Help) -> SequenceTargets:
 
 
 def changed_cell(cell: Cell, help_: Help, centre: FloatArray) -> Cell:
-    """Return a cell after a change.
-
-    `centre`: shape (3,). What the part turns about, mm in `part`.
-    """
+    """Return a cell after a change. `centre`: shape (3,). What the part turns about, mm in `part`."""
     if help_.turn_deg:
         cell = _turned(cell, help_.turn_deg, centre)
     if any(help_.move_mm):

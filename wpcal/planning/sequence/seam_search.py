@@ -9,9 +9,9 @@ What fails is removed from the ladder, and the ladder is climbed again.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 
@@ -48,7 +48,6 @@ TILTED_AXES = 24  #: Positions of the external axes that are tried with the torc
 STEP_WEIGHT = 1.0  #: Of the squared joint steps, rad², per rung ...
 OFF_WEIGHT = 2.0
 """... and of the squared deviation of the torch from its target angles: a torch leans where that saves the arm more."""
-FIRST_BACK_MM = 20.0  #: So far back along the wire most wires are clear; the rest of the way is tried where it is not.
 FARTHER = 4.0  #: Times the usual distance: beside a high wall the torch is clear only above it.
 LARGEST_STEP_RAD = np.radians(75.0)
 """A joint that turns by more from one rung to the next swings through a singular pose."""
@@ -60,6 +59,7 @@ class Climb:
 
     last: int  #: Point of the seam; -1 if not even the first rung is reached.
     candidate: Candidate | None  #: The way from the first point to `last`, if there is one of two points or more.
+    ladder: tuple[int, int] = (-1, -1)  #: Position of the external axes, and the branch.
 
 
 class SeamSearch:
@@ -98,27 +98,16 @@ class SeamSearch:
         return other
 
     def withdrawn(self, q: FloatArray) -> Withdrawal:
-        """Go back along the wire from a state of a weld.
-
-        `q`: shape (k,). All axes, rad and mm.
-        """
+        """Go back along the wire from a state of a weld. `q`: shape (k,). All axes, rad and mm."""
         return withdraw(self.checker, self.air, q, self.targets.approach_mm, self.most_back_mm)
 
     def leaves(self, q: FloatArray) -> BoolArray:
         """Tell from which states of a weld, shape (n, k), the torch can go back along the wire; shape (n,)."""
-        most_mm = max(self.targets.approach_mm, self.most_back_mm)
-        can = withdraws(self.checker, self.air, q, min(FIRST_BACK_MM, most_mm))
-        left = np.flatnonzero(~can)
-        if len(left):
-            can[left] = withdraws(self.checker, self.air, q[left], most_mm)
-        return can
+        return withdraws(self.checker, self.air, q, max(self.targets.approach_mm, self.most_back_mm))
 
-    def leaving(self, ways: Sequence[Candidate]) -> list[Candidate]:
-        """Return those ways from whose ends the torch can go back along the wire."""
-        if not ways:
-            return []
-        can = self.leaves(np.concatenate([way.q[[0, -1]] for way in ways])).reshape(-1, 2)
-        return [way for way, goes in zip(ways, can.tolist(), strict=True) if all(goes)]
+    def leaves_ends(self, ways: Sequence[Candidate]) -> BoolArray:
+        """Tell from which ends of ways the torch can go back along the wire, shape (n, 2)."""
+        return self.leaves(np.concatenate([way.q[[0, -1]] for way in ways])).reshape(-1, 2)
 
     def whole(
         self, task: SeamTask, most_axes: int | None = None, tilts: Sequence[bool] = (False, True)
@@ -129,19 +118,21 @@ class SeamSearch:
             poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
             if not poses.is_free.any(axis=1).all():
                 continue
-            for leaves in (False, True):  # most can leave, and to ask it of every pose takes long
-                found: list[Candidate] = []
-                climbs = self._climbs(task, poses, axes, whole=True, leaves=leaves)
-                ways = (climb.candidate for climb in climbs if climb.candidate and climb.last == len(task) - 1)
-                some = list(islice(ways, MOST_CANDIDATES))
-                is_held = bool(some)
-                while some:
-                    found += self.leaving(some)
-                    some = list(islice(ways, MOST_CANDIDATES - len(found)))
+            held: dict[tuple[int, int], BoolArray] = {}
+            for again in range(3):  # most can leave, and to ask it of every pose of a rung takes long
+                climbs = self._climbs(task, poses, axes, whole=True, held=held if again else None)
+                whole = (climb for climb in climbs if climb.last == len(task) - 1)
+                ways = ((climb.ladder, climb.candidate) for climb in whole if climb.candidate is not None)
+                found, still = list[Candidate](), dict[tuple[int, int], BoolArray]()
+                while some := list(islice(ways, MOST_CANDIDATES - len(found))):
+                    for (ladder, way), can in zip(some, self.leaves_ends([way for _, way in some]), strict=True):
+                        if can.all():
+                            found.append(way)
+                        else:
+                            still[ladder] = ~can | held.get(ladder, False)
                 if found:
                     return found
-                if not is_held:
-                    break
+                held = still
         return []
 
     def longest(self, task: SeamTask) -> Climb:
@@ -158,11 +149,18 @@ class SeamSearch:
         return best
 
     def _climbs(
-        self, task: SeamTask, poses: TorchPoses, axes: ExternalAxes, *, whole: bool, leaves: bool = False
+        self,
+        task: SeamTask,
+        poses: TorchPoses,
+        axes: ExternalAxes,
+        *,
+        whole: bool,
+        held: Mapping[tuple[int, int], BoolArray] | None = None,
     ) -> Iterator[Climb]:
         """Yield what the ladders of the most promising branches give, batch by batch of external axes.
 
-        `leaves`: Whether the first and the last state must be ones from which the torch can go back along the wire.
+        `held`: Only these ladders, and whether their first and last states, shape (2,), must be ones from which the
+        torch can go back along the wire.
         """
         m, K = poses.is_free.shape
         most = len(axes) if poses.off_rad.max() == 0.0 else min(len(axes), TILTED_AXES)
@@ -185,12 +183,15 @@ class SeamSearch:
                 c, b = np.unravel_index(int(index), score.shape)
                 if score[c, b] < 0:
                     break
-                state = joints[c, :, :, b], usable[c, :, :, b]
-                for end in (0, -1) if leaves else ():
-                    _keep(state[1][end], state[0][end], axes.values[rows[c], end], self.leaves)
+                ladder, state = (int(rows[c]), int(b)), (joints[c, :, :, b], usable[c, :, :, b])
+                if held is not None:
+                    if ladder not in held:
+                        continue
+                    for end in np.array([0, -1])[held[ladder]].tolist():
+                        _keep(state[1][end], state[0][end], axes.values[rows[c], end], self.leaves)
                 climb = self._climb(task, shown, axes.values[rows[c]], int(b), *state, whole=whole)
                 reached |= climb.last == len(task) - 1
-                yield climb
+                yield replace(climb, ladder=ladder)
 
     def states(self, task: SeamTask, poses: TorchPoses, values: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the joints of all branches at poses of the torch, for C positions of the external axes.

@@ -46,10 +46,7 @@ class WeldOrder(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SequenceTargets:
-    """Targets of all seams.
-
-    Raises `InputError` when a number is not positive or too large.
-    """
+    """Targets of all seams. Raises `InputError` when a number is not positive or too large."""
 
     position: WeldPosition = opt(
         WeldPosition.FLAT,

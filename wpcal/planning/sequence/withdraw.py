@@ -57,11 +57,16 @@ def withdraw(
 def withdraws(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm: float) -> BoolArray:
     """Tell from which states of a weld, shape (n, k), the torch is free on the way back until the wire is clear."""
     back = back_along_wire(weld.cell, q[:, :JOINTS], distance_mm)
-    still = np.repeat(q[:, None, JOINTS:], back.shape[1], axis=1)
-    states = np.concatenate([q[:, None], np.concatenate([back, still], axis=2)], axis=1)  # (n, a + 1, k)
-    reached = np.asarray(np.isfinite(back).all(axis=2))
-    a, b = states[:, :-1][reached], states[:, 1:][reached]
-    free, clear = np.zeros(reached.shape, dtype=bool), np.zeros(reached.shape, dtype=bool)
-    free[reached] = weld.free_shares(a, b, whole=True) == 1.0
-    clear[reached] = air.clearance.margins(b).is_clear
-    return np.asarray((np.logical_and.accumulate(free, axis=1) & clear).any(axis=1))
+    can, rows, now = np.zeros(len(q), dtype=bool), np.arange(len(q)), q
+    for step in range(back.shape[1]):  # most are clear, or blocked, after the first
+        is_reached = np.isfinite(back[rows, step]).all(axis=1)
+        rows, now = rows[is_reached], now[is_reached]
+        if len(rows) == 0:
+            break
+        then = np.concatenate([back[rows, step], q[rows, JOINTS:]], axis=1)
+        is_free = weld.free_shares(now, then, whole=True) == 1.0
+        rows, then = rows[is_free], then[is_free]
+        is_clear = air.clearance.margins(then).is_clear
+        can[rows[is_clear]] = True
+        rows, now = rows[~is_clear], then[~is_clear]
+    return can

@@ -97,10 +97,7 @@ def solve_genetic_tabu(
     genetic: GeneticOptions | None = None,
     tabu: TabuOptions | None = None,
 ) -> GeneticTabuFit:
-    """Identify link parameters by a genetic algorithm and tabu search.
-
-    `theta`: ndarray, shape (N, n).
-    """
+    """Identify link parameters by a genetic algorithm and tabu search. `theta`: ndarray, shape (N, n)."""
     fitness = PoseFitness(start, parameters, theta, observations)
     width = BOUND_FACTOR * np.where([p.is_length for p in parameters], expected_mm, expected_rad)
     first = solve_genetic(fitness, -width, width, rng=rng, options=genetic)

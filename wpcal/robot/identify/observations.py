@@ -74,17 +74,11 @@ class PoseObservations:
         return np.asarray(np.unique(self.joints, axis=0, return_inverse=True)[1], dtype=np.int64).ravel()
 
     def weighted(self, weights: ArrayLike) -> PoseObservations:
-        """Return the same measurements with other weights.
-
-        `weights`: array_like, shape (N,).
-        """
+        """Return the same measurements with other weights. `weights`: array_like, shape (N,)."""
         return replace(self, weights=np.asarray(weights, dtype=np.float64))
 
     def select(self, indices: Sequence[int] | ArrayLike) -> PoseObservations:
-        """Return some of the measurements.
-
-        `indices`: shape (k,). Rows, in the order wanted.
-        """
+        """Return some of the measurements. `indices`: shape (k,). Rows, in the order wanted."""
         i = np.asarray(indices, dtype=np.int64)
         return PoseObservations(
             self.joints[i],

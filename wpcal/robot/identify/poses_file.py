@@ -195,10 +195,7 @@ def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
 
 
 def parse_rows(text: str) -> tuple[int, ...]:
-    """Return line numbers from a text like ``57,58``.
-
-    Raises `InputError` when one of them is not a whole number.
-    """
+    """Return line numbers from a text like ``57,58``. Raises `InputError` when one of them is not a whole number."""
     try:
         return tuple(parse_whole_number(cell) for cell in text.split(","))
     except ValueError:

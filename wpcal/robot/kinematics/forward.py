@@ -99,10 +99,7 @@ class Frames(NamedTuple):
         return Frames(x, y, z, self.point(transform.t_mm))
 
     def shifted(self, by: FloatArray) -> Frames:
-        """Return the frames with their origins moved.
-
-        `by`: shape (3, n). mm.
-        """
+        """Return the frames with their origins moved. `by`: shape (3, n). mm."""
         x, y, z = (np.broadcast_to(axis, by.shape) for axis in self[:3])
         return Frames(x, y, z, self.p + by)
 

@@ -47,10 +47,7 @@ to test them at every point would take n³ / 16 operations."""
 
 @dataclass(frozen=True, slots=True)
 class PathTolerance:
-    """How far moves may be from the path.
-
-    Raises `InputError` when a value is not positive.
-    """
+    """How far moves may be from the path. Raises `InputError` when a value is not positive."""
 
     mm: float = opt(
         0.05,

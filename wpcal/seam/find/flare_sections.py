@@ -59,10 +59,7 @@ class Roots:
 
 
 def find_groove_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
-    """Return cross-sections of grooves.
-
-    `s`: shape (n,). A place along each rounded face (`pipe_ranges`).
-    """
+    """Return cross-sections of grooves. `s`: shape (n,). A place along each rounded face (`pipe_ranges`)."""
     frame, param = graph.face_frame[pairs.pipe], graph.face_param[pairs.pipe]
     o, ex, ey, ez = np.moveaxis(frame, 1, 0)
     ring = (graph.face_kind[pairs.pipe] == SurfaceKind.TORUS)[:, None]

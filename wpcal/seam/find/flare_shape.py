@@ -35,10 +35,7 @@ class GrooveShapes:
 
 
 def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> GrooveShapes:
-    """Measure grooves at one cross-section each.
-
-    `ball_mm`: shape (n,). Radii of balls that touch both faces.
-    """
+    """Measure grooves at one cross-section each. `ball_mm`: shape (n,). Radii of balls that touch both faces."""
     sections = _Sections(search, pairs, roots)
     largest = sections.least_radius
     c = ball_centres(search.graph, pairs, roots, ball_mm)

@@ -32,10 +32,7 @@ class InWay(NamedTuple):
     solid: str
 
     def describe(self, name: str, frame: FloatArray | None = None) -> str:
-        """Say it for people.
-
-        `frame`: shape (n,). Numbers of the seam's points at the poses, if they are others.
-        """
+        """Say it for people. `frame`: shape (n,). Numbers of the seam's points at the poses, if they are others."""
         place = self.at if frame is None else float(np.interp(self.at, np.arange(len(frame)), frame))
         row = math.floor(place)
         where = f"point {row}" if row == place else f"between points {row} and {row + 1}"
