@@ -125,8 +125,8 @@ class Rule(Enum):
     )
     TOO_THIN = RuleRow(
         0.3,
-        "A solid is thinner than 1.2 mm, or a bar under 6 mm both ways.",
-        "An arc burns through what is thinner than its wire, and its pool is as wide as such a bar.",
+        "A sheet is thinner than 1.2 mm, the wall of a tube than 0.5 mm, or a bar than 6 mm both ways.",
+        "An arc burns through sheet that is thinner than its wire, and its pool is as wide as such a bar.",
         "shape: thickness of plane solids, felt through the material; section of members",
     )
     TOO_SHORT = RuleRow(

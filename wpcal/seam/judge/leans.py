@@ -110,9 +110,7 @@ class Felt:
     spin_rad: FloatArray  #: shape (n,). How far a bent neck is turned about the wire there; 0 without a neck.
     solid: IntArray  #: shape (n,). The solid that a torch meets at a station without a lean; -1 at the others.
     solid_after: IntArray  #: shape (n - 1,). The solid that it meets on its way to the next station; -1 if none.
-    fast: tuple[
-        str, ...
-    ] = ()  #: Where it turns faster than asked, because it is not free at a slower turn; for people.
+    fast: tuple[str, ...] = ()  #: Where it turns faster than asked, because no slower turn is free; for people.
 
     def lay_on(self, seam: Seam) -> Seam:
         """Return the seam with these leans, with the spin if any is not 0, and with the words about fast turns."""

@@ -32,9 +32,9 @@ from wpcal.seam.seam import Finding
 SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
-THINNEST_MM, THINNEST_BAR_MM = 1.2, 6.0
-"""An arc burns through sheet that is thinner than the usual wire, and melts bars that are thinner than its pool is wide
-in both directions."""
+THINNEST_MM, THINNEST_TUBE_MM, THINNEST_BAR_MM = 1.2, 0.5, 6.0
+"""An arc burns through sheet that is thinner than the usual wire, and melts bars that its pool is wider than both ways.
+Tubes of furniture have walls of 1 mm and are welded."""
 
 RINGS = (
     (is_held_fast, Rule.HELD_FAST, "one of the two is a ring between two shoulders of the other"),
@@ -147,7 +147,8 @@ class ShapeLooks:
 def _why_thin(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str:
     """Say how thin a sheet or bar is that an arc burns through; empty for another solid."""
     bar, found = find_bar(graph, trimmed, solid), members_of(graph, trimmed, solid)
-    if bar is not None and bar.thick < THINNEST_MM:
+    is_tube = found.is_one and found.members[0].kind in (MemberKind.TUBE, MemberKind.ROUND)
+    if bar is not None and bar.thick < (THINNEST_TUBE_MM if is_tube else THINNEST_MM):
         return f"{bar.thick:.2g} mm thick"
     two = sorted((*found.members[0].section.tolist(), found.members[0].length_mm))[:2] if found.is_one else [0.0]
     return f"a bar of {two[0]:.2g} x {two[1]:.2g} mm" if two[0] > 0.0 and two[1] < THINNEST_BAR_MM else ""

@@ -36,6 +36,7 @@ from wpcal.touch.weldment import MovedModel, MovedSearch, Tacked
 
 MOST_SEAM_POINTS = 16
 """Seam points that the search looks at, far from one another: the error is largest at the ends of their extent."""
+LEAST_SHARE = 1e-6  #: A touch without an error of its own has this share of the variance that it shares.
 CHUNK = 4000  #: Sets judged at once: some tens of megabytes.
 FLAT = 1e-8  #: A set leaves a motion free if the reciprocal condition of its scaled information is below this.
 RIDGE = 1e-13  #: Share of the information's trace that is added, so that every set has an inverse.
@@ -128,8 +129,10 @@ class TouchDesign:
         )
         places, A = p - p.mean(axis=0), n[:, :, None] * n[:, None, :]
         J, weights, own = point_jacobian(places), *(each[:, None, None] * A for each in (w, variances))
-        fit = LinearFit(p, -A @ J / self._scale, A, 1.0 / self._scale, weights, own, n[:, :, None] * shared[:, None, :])
-        belief = foresee(ResidualRows.of(places, J, np.zeros_like(places), weights), 1.0, self.robot)
+        common, alone = n[:, :, None] * shared[:, None, :], 1.0 / np.maximum(variances, LEAST_SHARE / w)
+        fit = LinearFit(p, -A @ J / self._scale, A, 1.0 / self._scale, weights, own, common)
+        rows = ResidualRows.of(places, J, np.zeros_like(places), alone[:, None, None] * A, common)
+        belief = foresee(rows, 1.0, self.robot)
         return fit.budget(belief, Sigma.stated(float(np.sqrt(np.mean(1.0 / w)))), TeachingError())
 
     def _scaled_covariances(self, sets: IntArray) -> tuple[FloatArray, BoolArray]:
