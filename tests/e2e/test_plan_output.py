@@ -49,8 +49,7 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_file_is_there(planned: Path) -> None:
     jobs = {f"WPCAL_W1{end}" for end in (".jbi", "_R1.jbi", "_R2.jbi", "_R1.mod", "_R2.mod")}
-    others = {"pareto.json", "plan.json", "plan.csv", "plan.html", "input"}
-    assert {file.name for file in planned.iterdir()} == others | jobs
+    assert {f.name for f in planned.iterdir()} == {"pareto.json", "plan.json", "plan.csv", "plan.html", "input"} | jobs
     assert 'id="blob-part"' in (planned / "plan.html").read_text(encoding="utf-8")
 
 

@@ -33,8 +33,7 @@ SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
 THINNEST_MM, THINNEST_TUBE_MM, THINNEST_BAR_MM = 1.2, 0.5, 6.0
-"""An arc burns through sheet that is thinner than the usual wire, and melts bars that its pool is wider than both ways.
-Tubes of furniture have walls of 1 mm and are welded."""
+"""Of sheet, as the usual wire; tubes of furniture have walls of 1 mm. The pool is wider than such bars both ways."""
 
 RINGS = (
     (is_held_fast, Rule.HELD_FAST, "one of the two is a ring between two shoulders of the other"),

@@ -131,8 +131,7 @@ class TouchDesign:
         J, weights, own = point_jacobian(places), *(each[:, None, None] * A for each in (w, variances))
         common, alone = n[:, :, None] * shared[:, None, :], 1.0 / np.maximum(variances, LEAST_SHARE / w)
         fit = LinearFit(p, -A @ J / self._scale, A, 1.0 / self._scale, weights, own, common)
-        rows = ResidualRows.of(places, J, np.zeros_like(places), alone[:, None, None] * A, common)
-        belief = foresee(rows, 1.0, self.robot)
+        belief = foresee(ResidualRows.of(places, J, 0.0 * p, alone[:, None, None] * A, common), 1.0, self.robot)
         return fit.budget(belief, Sigma.stated(float(np.sqrt(np.mean(1.0 / w)))), TeachingError())
 
     def _scaled_covariances(self, sets: IntArray) -> tuple[FloatArray, BoolArray]:
