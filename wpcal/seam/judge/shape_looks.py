@@ -104,15 +104,23 @@ class ShapeLooks:
         for solid in (a, b):
             if self._of_equals(has_round_tread, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
-        if any(_are_cut_in_one(self.graph, self.trimmed, *own, self.nozzle_mm) for own in ((a, b), (b, a))):
+        orders = ((a, b), (b, a))
+        if any(self._are_cut_in_one(*own) for own in orders):
             yield Rule.CUT_IN_ONE.found("one is a tab as thin as the other, in a plane of it")
         rings = RINGS if any(self._of_equals(_is_turned, solid) for solid in (a, b)) else ()
-        orders = ((a, b), (b, a))
         found = (rule.found(words) for look, rule, words in rings if any(self._once(look, *own) for own in orders))
         closed_in = Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
         seat = next(found, closed_in if self._held[self._first_pair(a, b)] else None)
         if seat is not None:
             yield seat
+
+    def _are_cut_in_one(self, tab: int, other: int) -> bool:
+        """Tell whether a narrow plate is as thin as another solid, and one of its sides is in a plane of that."""
+        kind, thick, wide = self._of_equals(_member_mm, tab)
+        if kind not in (MemberKind.PLATE, MemberKind.BAR) or wide > self.nozzle_mm or thick > THICKEST_BEND_MM:
+            return False
+        is_as_thin = abs(self._of_equals(_thick_mm, other) - thick) <= SAME_THICKNESS * thick
+        return is_as_thin and _is_in_plane(self.graph, tab, other, thick)
 
     def _of_part(self) -> Iterator[Finding]:
         members = self.members.notes.members
@@ -145,22 +153,29 @@ class ShapeLooks:
 
 def _why_thin(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str:
     """Say how thin a sheet or bar is that an arc burns through; empty for another solid."""
-    bar, found = find_bar(graph, trimmed, solid), members_of(graph, trimmed, solid)
-    is_tube = found.is_one and found.members[0].kind in (MemberKind.TUBE, MemberKind.ROUND)
-    if bar is not None and bar.thick < (THINNEST_TUBE_MM if is_tube else THINNEST_MM):
-        return f"{bar.thick:.2g} mm thick"
-    two = sorted((*found.members[0].section.tolist(), found.members[0].length_mm))[:2] if found.is_one else [0.0]
+    (kind, *two), bar_mm = _member_mm(graph, trimmed, solid), _thick_mm(graph, trimmed, solid)
+    if bar_mm < (THINNEST_TUBE_MM if kind in (MemberKind.TUBE, MemberKind.ROUND) else THINNEST_MM):
+        return f"{bar_mm:.2g} mm thick"
     return f"a bar of {two[0]:.2g} x {two[1]:.2g} mm" if two[0] > 0.0 and two[1] < THINNEST_BAR_MM else ""
 
 
-def _are_cut_in_one(graph: BrepGraph, trimmed: TrimmedFaces, tab: int, other: int, most_mm: float) -> bool:
-    """Tell whether a narrow plate is as thin as another solid, and one of its sides is in a plane of that."""
-    found, bar = members_of(graph, trimmed, tab), find_bar(graph, trimmed, other)
-    if bar is None or not found.is_one or found.members[0].kind not in (MemberKind.PLATE, MemberKind.BAR):
-        return False
-    thick, wide, _ = sorted((*found.members[0].section.tolist(), found.members[0].length_mm))
-    if wide > most_mm or thick > THICKEST_BEND_MM or abs(bar.thick - thick) > SAME_THICKNESS * thick:
-        return False
+def _member_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> tuple[MemberKind | None, float, float]:
+    """Return which member a solid is, and its two shorter sides, mm; none for a solid that is not one member."""
+    found = members_of(graph, trimmed, solid)
+    if not found.is_one:
+        return None, 0.0, 0.0
+    thick, wide = sorted((*found.members[0].section.tolist(), found.members[0].length_mm))[:2]
+    return found.members[0].kind, thick, wide
+
+
+def _thick_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
+    """Return the thickness of a plate or bar, mm; infinite for another solid."""
+    bar = find_bar(graph, trimmed, solid)
+    return np.inf if bar is None else bar.thick
+
+
+def _is_in_plane(graph: BrepGraph, tab: int, other: int, thick: float) -> bool:
+    """Tell whether a side of a plate of a thickness, mm, is in a plane of another solid."""
     own, there = (
         np.flatnonzero((graph.face_solid == k) & (graph.face_kind == SurfaceKind.PLANE)) for k in (tab, other)
     )
