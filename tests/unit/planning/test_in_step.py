@@ -61,6 +61,15 @@ def with_ball(cell, q, z_mm, radius_mm):
     return dataclasses.replace(cell, bench=(Shape("ball", p, p, np.array([radius_mm])),))
 
 
+def test_the_home_of_one_robot_alone_is_none(folder, tmp_path):
+    """A way from a home that nobody stated would be called swept."""
+    record = json.loads((folder / "input" / "cell.json").read_text())
+    (tmp_path / "both.json").write_text(json.dumps(record))
+    del record["holder_robot"]["home_deg"]
+    (tmp_path / "one.json").write_text(json.dumps(record))
+    assert [read_cell(tmp_path / f"{name}.json").goes_from_home for name in ("both", "one")] == [True, False]
+
+
 def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder):
     cell, q = read_cell(folder / "input" / "cell.json"), first_state(folder)
     cell = dataclasses.replace(cell, d1_mm=0.0)

@@ -71,7 +71,8 @@ def _two_robots(record: Mapping[str, Any], path: Path) -> Cell:
     if two.get("T_flange_part") is None:
         raise InputError("holder_robot: T_flange_part is missing: where the part sits in the gripper of robot 2")
     arm1, arm2 = (arm_beside(str(robot["arm"]), path) for robot in (one, two))
-    homes = [_home(each, arm) if "home_deg" in each else np.zeros(JOINTS) for each, arm in ((one, arm1), (two, arm2))]
+    has_home = "home_deg" in one and "home_deg" in two  # the way from the home of one alone says nothing of both
+    homes = [_home(each, arm) if has_home else np.zeros(JOINTS) for each, arm in ((one, arm1), (two, arm2))]
     T_world_base2 = RigidTransform.from_record(two["T_world_base"], target="world", source="base2")
     return Cell(
         arm=arm1,
