@@ -8,7 +8,6 @@ A taught point is off by a small random vector. The fit turns these vectors into
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -34,7 +33,9 @@ from wpcal.calibrate.errors.robot_field import (
 )
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.input_file import read_bytes
 from wpcal.core.options import opt
+from wpcal.core.records import parse_json
 from wpcal.core.tangent import point_jacobian
 
 COVERAGE = 0.95  #: Share of the errors that stay below the predicted error.
@@ -69,10 +70,10 @@ class ToolError:
         """Read ``side,along`` in mm, or a file of earlier jobs (`wpcal.study.drift.pooled`)."""
         try:
             if text.endswith(".json"):
-                found = json.loads(Path(text).read_text(encoding="utf-8"))["tool"]
+                found = parse_json(read_bytes(Path(text)), path=text)["tool"]
                 return cls(found["side_mm"], found["along_mm"])
             side, along = (float(word) for word in text.split(","))
-        except (OSError, ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError):
             expected = (
                 "a file in which jobs tell of the tool (wpcal drift --cell-errors), or sideways and along the wire"
             )

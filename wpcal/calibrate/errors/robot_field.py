@@ -14,7 +14,6 @@ an arm of 1.45 m reach, as delivered, is off by up to 0.65 mm along lines of its
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -27,6 +26,8 @@ from scipy.special import chdtrc
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.records import parse_json
 from wpcal.core.tangent import point_jacobian
 
 USUAL_SIGMA_MM = 0.3  #: Teaching error per axis if none is stated: a careful touch with a worn wire tip.
@@ -103,11 +104,11 @@ class RobotField:
     @classmethod
     def _of_file(cls, name: str, arm: str) -> RobotField:
         try:
-            record = json.loads(Path(name).read_text(encoding="utf-8"))
+            record = parse_json(read_bytes(Path(name)), path=name)
             found = record["error_field"][arm]
             origin = FieldOrigin.POOLED if "jobs" in record else FieldOrigin.IDENTIFIED
             return cls(found["amplitude_mm"], found["length_mm"], origin, found["rest_mm"])
-        except (OSError, ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError):
             raise InputError(
                 f"robot error: {name} holds no errors of the {arm} arm (wpcal identify, wpcal drift --cell-errors)"
             ) from None
