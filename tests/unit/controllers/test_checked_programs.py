@@ -19,6 +19,7 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
 from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.program.air_moves import AirSettings
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
@@ -155,6 +156,17 @@ def test_what_cannot_be_written_is_left_out_by_name(finished_folder):
     assert [path.seam.name for path in found.paths] == [other.seam.name]
     assert "the tip is inside 'block'" in found.left_out.pop(first.seam.name)
     assert not found.left_out
+
+
+@pytest.mark.parametrize(("ceiling_mm", "back_mm"), [(352.0, 25.0), (420.0, 50.0)])
+def test_an_approach_is_nearer_where_no_way_leads_on_from_it(finished_folder, ceiling_mm, back_mm):
+    """At 50 mm the torch of 300 mm ends less than 3 mm below the lower ceiling."""
+    ceiling = box_mesh("ceiling", (-150, -200, ceiling_mm), (250, 200, ceiling_mm + 5))
+    program = in_part(read_finished(finished_folder()).select(["W1"]), ceiling)
+    (path,) = check_program(program, air=AirSettings(up_base=tuple(program.T_base_part.R[:, 2]))).paths
+    first, stop = path.weld_rows.start, path.weld_rows.stop
+    back = path.p_base[[first - 1, stop]] - path.p_base[[first, stop - 1]]
+    np.testing.assert_allclose(back @ program.T_base_part.R[:, 2], back_mm, rtol=0, atol=1e-9)
 
 
 def test_a_seam_that_the_torch_cannot_leave_is_named(finished_folder):
