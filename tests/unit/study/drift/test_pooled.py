@@ -80,7 +80,7 @@ def test_the_file_is_what_calibrate_takes(tmp_path: Path) -> None:
     assert ToolError.read(str(path)) == told.tool == ToolError.read("0.1,0.5")
     path.write_text("[" * 100_000, encoding="utf-8")
     for read in (ToolError.read, RobotField.read):
-        with pytest.raises(InputError, match="errors of the nominal arm|jobs tell of the tool"):
+        with pytest.raises(InputError, match=r"errors of the nominal arm|jobs tell of the tool"):
             read(str(path))
     with pytest.raises(InputError, match="8 jobs of one part"):
         pool_jobs([jobs_of_a_robot(0.3, 1, count=7)])
