@@ -42,8 +42,7 @@ from wpcal.core.issue import Issue
 READ_SETTINGS: dict[str, int | str] = {"xstep.cascade.unit": "MM", "read.stepcaf.subshapes.name": 1}
 """Lengths in mm, and the names of faces and edges, which the kernel does not read by default."""
 
-TRANSFERS, ENTITIES = 7, 1
-"""What the kernel's session forgets: which entity became which shape, and then the entities."""
+TRANSFERS, ENTITIES = 7, 1  #: What the kernel's session forgets: which entity became which shape, and the entities.
 
 NO_FOLDER = os.devnull + "/"
 """A folder that cannot hold files: the kernel looks there for other files that a text refers to. They are not read."""

@@ -19,7 +19,6 @@ def collect_rarely() -> None:
 
 def give_memory_back() -> None:
     """Give free pages back to the system where its C library can (glibc): new arrays take other pages."""
-    if sys.platform == "linux":
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-        if trim is not None:  # musl has none
-            trim(0)
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim is not None:  # musl has none
+        trim(0)

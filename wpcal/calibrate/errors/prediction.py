@@ -74,10 +74,8 @@ class ToolError:
                 return cls(found["side_mm"], found["along_mm"])
             side, along = (float(word) for word in text.split(","))
         except (ValueError, KeyError, TypeError):
-            expected = (
-                "a file in which jobs tell of the tool (wpcal drift --cell-errors), or sideways and along the wire"
-            )
-            raise InputError(f"tool error: expected {expected} in mm, as 0.2,0.5; got {text!r}") from None
+            what = "a file in which jobs tell of the tool (wpcal drift --cell-errors), or sideways and along the wire"
+            raise InputError(f"tool error: expected {what} in mm, as 0.2,0.5; got {text!r}") from None
         return cls(side, along)
 
     @property

@@ -7,7 +7,7 @@ along the seam or across it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Generator, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -352,15 +352,26 @@ class _Steps:
     def change_evenly(self, chosen: IntArray) -> None:
         """Spread changes of pose that are too fast over so much of a seam as they need, where the torch is free there.
 
-        `chosen` is changed: between the first and the last station of a change the poses are new ones.
+        `chosen` is changed: between the first and the last station of a change the poses are new ones. All seams are
+        felt together, each with the way that it asks for.
         """
         changes = np.flatnonzero(self.joined & (chosen[1:] >= 0) & (chosen[:-1] >= 0) & (chosen[1:] != chosen[:-1]))
-        for row in changes[self._needs_mm(chosen[changes], chosen[changes + 1]) > self.step_mm[changes]].tolist():
+        fast = changes[self._needs_mm(chosen[changes], chosen[changes + 1]) > self.step_mm[changes]]
+        seams = np.split(fast, np.flatnonzero(np.diff(self.own.owner[fast])) + 1)
+        ways = [(one, way) for one in (self._evened(rows.tolist(), chosen) for rows in seams) if (way := next(one))]
+        while ways:  # a seam that is told whether its way is free answers with the next one
+            free = self._are_free_ways([way for _, way in ways])
+            ways = [(one, way) for (one, _), is_free in zip(ways, free, strict=True) if (way := one.send(is_free))]
+
+    def _evened(self, rows: Sequence[int], chosen: IntArray) -> Generator[tuple[IntArray, IntArray] | None, bool]:
+        """Ask for ways of one seam, by stations and their poses, None at the end; those that are free are chosen."""
+        for row in rows:
             for first, last, share in self._windows(row, chosen):
                 poses = self._poses_between(int(chosen[first]), int(chosen[last]), share[1:-1])
-                if self._is_free_way(first, poses):
+                if (yield np.arange(first, last + 1), poses):
                     chosen[first : last + 1] = poses
                     break
+        yield None
 
     def too_fast(self, chosen: IntArray, start: int) -> tuple[str, ...]:
         """Say where a torch turns faster than asked on the seam whose first station is `start`: the fastest turn."""
@@ -403,16 +414,25 @@ class _Steps:
         self.lean, self.spin = np.concatenate([self.lean, lean]), np.concatenate([self.spin, turned(spin)])
         return np.array([one, *range(first, len(self.spin)), other])
 
-    def _is_free_way(self, first: int, poses: IntArray) -> bool:
-        """Tell whether the torch meets nothing with poses at stations from `first` on, and between them."""
-        own, inner = self.own.select(slice(first + 1, first + len(poses) - 1)), poses[1:-1]
-        leant = replace(own, back=back_directions(own.R, self.lean[inner]), spin_rad=self.spin[inner])
+    def _are_free_ways(self, ways: Sequence[tuple[IntArray, IntArray]]) -> list[bool]:
+        """Tell with which poses at their stations, and between them, the torch meets nothing."""
+
+        def every(column: int, begin: int, end: int) -> IntArray:
+            return np.concatenate([way[column][begin : len(way[column]) - end] for way in ways])
+
+        counts, is_free = np.array([len(rows) for rows, _ in ways]), np.ones(len(ways), dtype=bool)
+        of_way, poses = np.repeat(np.arange(len(ways)), counts - 2), every(1, 1, 1)
+        own = self.own.select(every(0, 1, 1))
+        leant = replace(own, back=back_directions(own.R, self.lean[poses]), spin_rad=self.spin[poses])
         for find in (find_solids_met, find_solids_beside_neck):
-            if (find(self.graph, self.trimmed, leant) >= 0).any():
-                return False
-        steps = {(first + row, int(poses[row]), int(poses[row + 1])) for row in range(len(poses) - 1)}
-        self.feel(steps)
-        return all(self.known[step] < 0 for step in steps)
+            left = np.flatnonzero(is_free[of_way])
+            is_free[of_way[left[find(self.graph, self.trimmed, leant.select(left)) >= 0]]] = False
+        of_way = np.repeat(np.arange(len(ways)), counts - 1)
+        left = np.flatnonzero(is_free[of_way])
+        steps = list(map(tuple, np.stack([every(0, 0, 1), every(1, 0, 1), every(1, 1, 0)], axis=1)[left].tolist()))
+        self.feel(set(steps))
+        is_free[of_way[left[[self.known[step] >= 0 for step in steps]]]] = False
+        return is_free.tolist()
 
     def alike(
         self, near: BoolArray, begin: IntArray, end: IntArray, free: BoolArray
