@@ -4,16 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.few import few
 from tests.judgements import Printed, Said, agree, everything_said
 from tests.running import kernel_work_here
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared"
-OURS = (
-    "tee/tee",
-    "saddle/saddle",
-    *(pytest.param(name, marks=pytest.mark.deep) for name in ("frame/frame", "lap/lap", "uprights/uprights")),
-)
+OURS = few(["saddle/saddle", "tee/tee", "frame/frame", "lap/lap", "uprights/uprights"], 1)
 SHARED_PARTS = (
     "step/box_sides.STEP",
     "step/as1-oc-214.stp",
