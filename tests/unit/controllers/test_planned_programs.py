@@ -30,6 +30,7 @@ from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
 from wpcal.planning.sequence.timeline import build_timeline
 from wpcal.robot.kinematics.arm import Coupling
+from wpcal.robot.moves import PathTolerance
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
 from wpcal.weld.rules import shipped_rules
@@ -117,6 +118,19 @@ def test_rapid_has_two_targets_for_a_straight_seam_and_all_axes(sequence, dry):
     for _, _, conf, outer in targets:
         assert len(conf.split(",")) == 4
         assert outer.count("9E+09") == 4  # two axes of the positioner
+
+
+def test_between_the_frames_of_a_seam_a_program_turns_the_torch_as_planned(sequence, given):
+    plan = KeptPlan.of(sequence)
+    piece, *rest = plan.pieces
+    rows = piece.before + np.arange(len(piece.task))
+    top = int(np.flatnonzero(~piece.task.is_source)[1])
+    states = piece.states.copy()
+    states[rows, 4] += np.radians(8.0) * np.interp(np.arange(len(rows)), [0, top, len(rows) - 1], [0.0, 1.0, 0.0])
+    bent = dataclasses.replace(plan, pieces=(dataclasses.replace(piece, states=states), *rest))
+    path = build_planned_program(bent, {each.name: each for each in given.seams}).paths[0]
+    off = np.abs(path.joints - states[rows[top], :6]).max(axis=1).min()
+    assert off <= PathTolerance().wire_rad
 
 
 def test_poses_of_rapid_agree_with_joints_of_inform(sequence, given, dry):

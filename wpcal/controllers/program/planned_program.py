@@ -16,7 +16,7 @@ from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPa
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.describe import UNCHECKED
 from wpcal.controllers.program.planned import ALONE, JointMoves, PlannedMoves
-from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.same_bits import poses
 from wpcal.core.transform import RigidTransform
@@ -165,14 +165,12 @@ def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput,
     T_part, T_tool = into @ cell.part_places(q), into @ cell.tool_places(q)
     R_seam = T_part[:, :3, :3] @ task.R
     p_seam = np.einsum("nij,nj->ni", T_part[:, :3, :3], task.p) + T_part[:, :3, 3]
-    own_point = task.is_source.copy()
-    own_point[[0, -1]] = True  # of a cut
-    rows = np.flatnonzero(own_point)  # between them the planned points are on chords, the seam is not
     is_woven = of.run is not None and of.run.is_woven
-    tolerance = None if is_woven else output.tolerance  # a line to every point of a weave
-    moves = _moves(T_tool[rows], R_seam[rows], task, rows, tolerance, arcs=frame.has_arcs)
-    if moves is None:
-        T, joints = T_tool[rows], q[rows]
+    moves = None if is_woven or output.tolerance is None else _moves(T_tool, R_seam, task, output.tolerance, frame)
+    if moves is None:  # a line to every point of the seam file, or of a weave
+        own_point = task.is_source.copy()
+        own_point[[0, -1]] = True  # of a cut
+        T, joints = T_tool[own_point], q[own_point]
     else:
         near = np.stack([np.interp(moves.s_mm, task.s_mm, column) for column in q.T], axis=1)
         T = poses(moves.R, moves.p)
@@ -203,25 +201,15 @@ def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput,
     )
 
 
-def _moves(
-    T_tool: FloatArray,
-    R_seam: FloatArray,
-    task: SeamTask,
-    rows: IntArray,
-    tolerance: PathTolerance | None,
-    *,
-    arcs: bool,
-) -> MovePath | None:
-    if tolerance is None:
-        return None
+def _moves(T_tool: FloatArray, R_seam: FloatArray, task: SeamTask, tolerance: PathTolerance, frame: _Frame) -> MovePath:
     return fit_moves(
         T_tool[:, :3, 3],
         T_tool[:, :3, :3],
-        s_mm=task.s_mm[rows],
+        s_mm=task.s_mm,
         headings=R_seam[:, :, 0],
         standoff_mm=task.more_wire_mm,
         tolerance=tolerance,
-        arcs=arcs,
+        arcs=frame.has_arcs,
         spin_is_free=False,
     )
 

@@ -36,6 +36,7 @@ from wpcal.robot.moves.course import Course
 from wpcal.robot.moves.interpolation import Moves, swings_between, turns_between, turns_through
 from wpcal.robot.moves.move import Arc, Line, Move, MovePath
 
+LINES_ONLY = 4.0  #: Lines alone may also end within a step where the chord of two steps, off four times as far, fails.
 CHUNK = 200_000  #: Checked points in one array: some 50 MB.
 MOST_PAIRS = 100_000  #: Moves in one array: some 100 MB.
 FEW = 3  #: Points at which a move is tested first: most moves that leave the path do so there.
@@ -133,7 +134,7 @@ def fit_moves(
         headings=None if headings is None else np.asarray(headings, dtype=np.float64),
         axis=axis,
         standoff_mm=standoff_mm,
-        most_mm=tolerance.mm,
+        most_mm=tolerance.mm if arcs else tolerance.mm / LINES_ONLY,
     )
     search = _Search(course, tolerance, _FREE if spin_is_free else _GIVEN, SOME, arcs=arcs, also=also)
     path = search.path()
