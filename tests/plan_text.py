@@ -1,4 +1,4 @@
-"""Programs of plans with one robot, read as text and run beside the plan: RAPID and KRL, without wpcal.
+"""Programs of plans with one robot and a fixed part, read as text and run beside the plan: RAPID and KRL.
 
 Every instruction goes from one place of the plan to a later one. The places between must be on the line, the arc or the
 straight move in the joints that the controller makes of it, and configurations must be those of the joints.
@@ -7,106 +7,64 @@ straight move in the joints that the controller makes of it, and configurations 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.moves_of_programs import circle_through, numbers
 from tests.plan_faults import AXIS_DEG, PATH_MM
-from tests.real_cells import Array, RealCell, matrix
+from tests.real_cells import Array, RealCell
+from tests.second_judge import READERS as STEPS
+from tests.second_judge import Step
 
 JOINT_DEG = 1e-3  #: Rounding of the files, of five decimals and more.
 FINER = 10  #: Places between two points of the plan.
 
 
-class Move(NamedTuple):
-    """One instruction: a target in the joints (deg) or a pose in the part, and what it says of the configuration."""
-
-    name: str
-    joints: Array | None
-    via: Array | None
-    pose: Array | None
-    fits: Callable[[Array], bool]
+Fits = Callable[[str, Array], bool]
+"""From the name of a target and joints, deg, to whether its configuration is theirs."""
 
 
-def rapid(files: dict[str, str]) -> Iterator[Move]:
-    """Yield the moves of a module in the order of its main procedure."""
+def rapid(files: dict[str, str]) -> Fits:
+    """Read the configurations of a module."""
     (text,) = files.values()
-    joints = {n: numbers(q) for n, q in re.findall(r"jointtarget (\w+):=\[\[(.*?)\]", text)}
-    poses, conf = {}, {}
-    for n, p, q, c in re.findall(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],\[(.*?)\]", text):
-        poses[n] = matrix(numbers(p), [0, 0, 0])
-        poses[n][:3, :3] = Rotation.from_quat(numbers(q)[[1, 2, 3, 0]]).as_matrix()
-        conf[n] = numbers(c)
+    conf = {n: numbers(c) for n, c in re.findall(r"robtarget (\w+):=\[\[.*?\],\[.*?\],\[(.*?)\]", text)}
 
-    def fits(name: str) -> Callable[[Array], bool]:
-        def same(q: Array) -> bool:
-            quarters = np.abs(np.floor(q[[0, 3, 5]] / 90.0) - conf[name][:3])
-            at_edge = np.abs(q[[0, 3, 5]] - 90.0 * np.round(q[[0, 3, 5]] / 90.0)) < JOINT_DEG
-            odd = abs(q[4]) < JOINT_DEG or bool(conf[name][3] % 2) == (q[4] < 0.0)
-            return bool(((quarters == 0) | at_edge).all() and odd)
+    def fits(name: str, q: Array) -> bool:
+        quarters = np.abs(np.floor(q[[0, 3, 5]] / 90.0) - conf[name][:3])
+        at_edge = np.abs(q[[0, 3, 5]] - 90.0 * np.round(q[[0, 3, 5]] / 90.0)) < JOINT_DEG
+        odd = abs(q[4]) < JOINT_DEG or bool(conf[name][3] % 2) == (q[4] < 0.0)
+        return bool(((quarters == 0) | at_edge).all() and odd)
 
-        return same
-
-    bodies = {n: b.splitlines() for n, b in re.findall(r"PROC (\w+)\(\)(.*?)ENDPROC", text, re.DOTALL)}
-
-    def run(lines: list[str]) -> Iterator[Move]:
-        for line in (line.strip() for line in lines):
-            if called := re.fullmatch(r"(\w+);", line):
-                yield from run(bodies[called[1]])
-            elif target := re.match(r"MoveAbsJ (\w+),", line):
-                yield Move(target[1], joints[target[1]], None, None, lambda _: True)
-            elif target := re.match(r"(?:Move|Arc)([LC])\w* (\w+),(?:(\w+),)?v", line):
-                to = target[3] or target[2]
-                yield Move(to, None, poses[target[2]] if target[3] else None, poses[to], fits(to))
-
-    yield from run(bodies[next(n for n in bodies if not n.startswith(("weld_", "only_")))])
+    return fits
 
 
-def krl(files: dict[str, str]) -> Iterator[Move]:
-    """Yield the moves of a module in order."""
-    source, data = (next(t for n, t in files.items() if n.endswith(end)) for end in (".src", ".dat"))
-    joints = {n: numbers(re.sub(r"[AE]\d ", "", q)) for n, q in re.findall(r"E6AXIS (\w+)=\{(.*?)\}", data)}
-    poses, conf = {}, {}
-    for n, values in re.findall(r"E6POS (\w+)=\{(.*?)\}", data):
-        v = {key: float(x) for key, x in re.findall(r"\b([A-Z]\d?) (-?[\d.]+)", values)}
-        poses[n] = matrix([v["X"], v["Y"], v["Z"]], [0, 0, 0])
-        poses[n][:3, :3] = Rotation.from_euler("ZYX", [v["A"], v["B"], v["C"]], degrees=True).as_matrix()
-        conf[n] = int(v["S"]), int(v["T"])
+def krl(files: dict[str, str]) -> Fits:
+    """Read the configurations of a module."""
+    (data,) = (text for name, text in files.items() if name.endswith(".dat"))
+    rows = re.findall(r"E6POS (\w+)=\{.*?S (\d+),T (\d+)", data)
+    conf = {name: (int(status), int(turn)) for name, status, turn in rows}
 
-    def fits(name: str) -> Callable[[Array], bool]:
+    def fits(name: str, q: Array) -> bool:
         status, turn = conf[name]
+        bits = np.array([turn >> k & 1 for k in range(6)])
+        good = (bits == (q[:6] < 0.0)) | (np.abs(q[:6]) < JOINT_DEG)
+        return bool(good.all() and (status >> 2 & 1 == (q[4] < 0.0) or abs(q[4]) < JOINT_DEG))
 
-        def same(q: Array) -> bool:
-            bits = np.array([turn >> k & 1 for k in range(6)])
-            good = (bits == (q[:6] < 0.0)) | (np.abs(q[:6]) < JOINT_DEG)
-            return bool(good.all() and (status >> 2 & 1 == (q[4] < 0.0) or abs(q[4]) < JOINT_DEG))
-
-        return same
-
-    bodies = {n: b.splitlines() for n, b in re.findall(r"DEF (\w+)\(\)(.*?)\nEND\b", source, re.DOTALL)}
-    main, *_ = bodies
-    lines = [each for line in bodies[main] for each in bodies.get(line.strip().removesuffix("()"), [line])]
-    for kind, one, two in re.findall(r"^(PTP|LIN|CIRC) (\w+)(?:,(\w+))?", "\n".join(lines), re.MULTILINE):
-        to = two or one
-        if kind == "PTP" and to in joints:
-            yield Move(to, joints[to], None, None, lambda _: True)
-        else:
-            yield Move(to, None, poses[one] if two else None, poses[to], fits(to))
+    return fits
 
 
-READERS: dict[str, Callable[[dict[str, str]], Iterator[Move]]] = {"rapid": rapid, "krl": krl}
+READERS = {"rapid": rapid, "krl": krl}
 
 
 def way_of(plan: dict[str, Any], cell: RealCell) -> tuple[Array, Array]:
-    """Return the axes (n, k), deg, and the tool in the part (n, 4, 4) at `FINER` places of every step of a plan."""
+    """Return the axes (n, k), deg, and the tool in the base (n, 4, 4) at `FINER` places of every step of a plan."""
     points = np.array([point["axes"] for point in plan["points"]])
     at = np.arange((len(points) - 1) * FINER + 1) / FINER
     q = np.stack([np.interp(at, np.arange(len(points)), axis) for axis in points.T], axis=1)
-    places = [cell.places(np.radians(row)) for row in q]
-    return q, np.array([np.linalg.inv(at["part"]) @ at["tool"] for at in places])
+    return q, np.linalg.inv(cell.T_robot) @ np.array([cell.places(np.radians(row))["tool"] for row in q])
 
 
 def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array], *, chord_mm: float = 0.0) -> list[str]:
@@ -116,14 +74,15 @@ def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array], 
     `chord_mm` more, which is measured on the frames (`tests.plan_faults.chord`).
     """
     (q, T), found, now = way, list[str](), -1
-    for move in READERS[language](files):
+    fits, (moves, *_) = READERS[language](files), STEPS[language](files)
+    for move in moves:
         later = slice(max(now, 0), None)
         most_mm = PATH_MM if move.via is None else PATH_MM + chord_mm
         if move.joints is not None:
             off = np.abs(q[later, : len(move.joints)] - move.joints).max(axis=1) / JOINT_DEG
         else:
-            turn = Rotation.from_matrix(T[later, :3, :3]) * Rotation.from_matrix(move.pose[:3, :3]).inv()
-            off = np.linalg.norm(T[later, :3, 3] - move.pose[:3, 3], axis=1) / most_mm
+            turn = Rotation.from_matrix(T[later, :3, :3]) * Rotation.from_matrix(move.goal[:3, :3]).inv()
+            off = np.linalg.norm(T[later, :3, 3] - move.goal[:3, 3], axis=1) / most_mm
             off = np.maximum(off, np.degrees(turn.magnitude()) / AXIS_DEG)
         near = np.flatnonzero(off <= 1.0)
         if not len(near):
@@ -131,7 +90,7 @@ def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array], 
         run = near[: int(np.argmax(np.diff(near, append=near[-1] + 2) > 1)) + 1]  # the first places in a row
         to = max(now, 0) + int(run[np.argmin(off[run])])
         name = f"{move.name} (point {to / FINER + 1:.1f})"
-        if not move.fits(q[to]):
+        if move.joints is None and not fits(move.name, q[to]):
             found.append(f"{name} has another configuration")
         beside = _off(move, q[now : to + 1], T[now : to + 1]) if 0 <= now < to else 0.0
         if beside > (JOINT_DEG if move.joints is not None else most_mm):
@@ -144,7 +103,7 @@ def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array], 
     )
 
 
-def _off(move: Move, q: Array, T: Array) -> float:
+def _off(move: Step, q: Array, T: Array) -> float:
     """Return how far the points between are from the way of the controller, deg or mm."""
     if move.joints is not None:
         step = q[-1] - q[0]

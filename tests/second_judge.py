@@ -40,6 +40,7 @@ class Step(NamedTuple):
     goal: Array | None = None
     via: Array | None = None
     via_joints: Array | None = None
+    name: str = ""  #: Of the target, in RAPID and KRL.
 
 
 def posed(p: Any, R: Rotation) -> Array:
@@ -77,9 +78,10 @@ def rapid(files: dict[str, str]) -> Iterator[list[Step]]:
         steps = []
         for line in lines:
             if m := re.match(r"MoveAbsJ (\w+),", line):
-                steps.append(Step("J", joints[m[1]]))
+                steps.append(Step("J", joints[m[1]], name=m[1]))
             elif m := re.match(r"(?:Move|Arc)([LC])\w* (\w+),(?:(\w+),)?v", line):
-                steps.append(Step("L", goal=poses[m[3] or m[2]], via=poses[m[2]] if m[3] else None))
+                to = m[3] or m[2]
+                steps.append(Step("L", goal=poses[to], via=poses[m[2]] if m[3] else None, name=to))
         yield steps
 
 
@@ -99,9 +101,10 @@ def krl(files: dict[str, str]) -> Iterator[list[Step]]:
         for line in lines:
             m = re.match(r"(PTP|LIN|CIRC) (\w+)(?:,(\w+))?", line)
             if m and m[2] in joints:
-                steps.append(Step("J", joints[m[2]]))
+                steps.append(Step("J", joints[m[2]], name=m[2]))
             elif m:
-                steps.append(Step("L", goal=poses[m[3] or m[2]], via=poses[m[2]] if m[3] else None))
+                to = m[3] or m[2]
+                steps.append(Step("L", goal=poses[to], via=poses[m[2]] if m[3] else None, name=to))
         yield steps
 
 

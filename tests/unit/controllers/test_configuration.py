@@ -50,10 +50,14 @@ def test_the_joints_of_the_fanuc_arm_are_counted_as_the_controller_does():
     assert np.rad2deg(np.arccos((np.trace(off.R) - 1) / 2)) <= SHOWN_DEG * np.sqrt(3)
 
 
-@pytest.mark.parametrize("joints_deg", [[170, -120, 90, 0, 30, 0], [0, -30, 0, 181, 30, 0], [0, 0, 0, 0, 30, -200]])
-def test_fanuc_is_refused_where_no_source_says(joints_deg):
-    with pytest.raises(InputError, match=r"pose 1 of 1: .*(behind axis 1|beyond 180 deg)"):
-        config(posture(ARC_MATE, np.deg2rad([joints_deg])))
+def test_fanuc_counts_turns_of_joints_1_4_and_6_and_is_refused_where_no_source_says():
+    """A program states one pose flipped and not flipped with the same first number: it is of no joint of the wrist."""
+    turned = [[190, 0, 0, -30, 30, 0], [190, 0, 0, 150, -30, 180], [0, 0, 0, -185, 9, 0], [0, 0, 0, 0, -9, 541]]
+    shown = ["F U T, 1, 0, 0", "N U T, 1, 0, 0", "F U T, 0, -1, 0", "N U T, 0, 0, 2"]
+    assert config(posture(ARC_MATE, np.deg2rad(turned))) == shown
+    for joints_deg, why in (([170, -120, 90, 0, 30, 0], "behind axis 1"), ([0, 0, 0, 0, 190, 0], "joint 5 is beyond")):
+        with pytest.raises(InputError, match=f"pose 1 of 1: .*{why}"):
+            config(posture(ARC_MATE, np.deg2rad([joints_deg])))
 
 
 IRB1660 = [  # CEAD-group/py-opw-kinematics: joint angles and cfx

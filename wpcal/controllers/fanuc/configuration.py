@@ -4,8 +4,10 @@
   them show with their joint angles (``curpos.dg``, ``summary.dg``) are in the tests; Tesseract has the same sign.
 * U (up) if the wrist centre is in front of the line through axes 2 and 3, D (down) if it is behind.
 * T (front) if the wrist centre is in front of axis 1. For B (back) no public source says which elbow is up.
-* The three numbers count turns. They are 0 from -180° to 180°. For angles beyond that the public sources do not agree
-  which joints they count.
+* The three numbers count the turns of joints 1, 4 and 6: 0 from -180° to 180°, 1 from there to 540°, -1 below -180°.
+  Controllers say so: a program states one pose flipped and not flipped, with 1, 0, 0 both times, where a joint of the
+  wrist would turn by 180°; two others state 0, -1, 0 with arms whose joint 5 cannot turn so far. The remote motion
+  interface calls the numbers Turn4, Turn5 and Turn6.
 
 References: FANUC, R-30iB HandlingTool Operator's Manual (position data). Diagnostic files of controllers in the public
 repositories WILDER-SYSTEMS-LLC/git-ftp, irbzavalagit/UB10200_RBT01 and Hamood564/FanucTransmissionLine. Tesseract
@@ -25,17 +27,15 @@ ONE_TURN_DEG = 180.0
 def config(posture: Posture) -> list[str]:
     """Return the CONFIG of every posture.
 
-    Raises `InputError` when the wrist centre is behind axis 1, or a joint is beyond ±180°.
+    Raises `InputError` when the wrist centre is behind axis 1, or joint 5 is beyond ±180°.
     """
     refuse_first(posture.is_behind, "the wrist is behind axis 1 (B), for which no public source defines U and D")
-    beyond = np.abs(posture.degrees[:, [0, 3, 4, 5]]).max(axis=1) > ONE_TURN_DEG
     refuse_first(
-        beyond,
-        "joint 1, 4, 5 or 6 is beyond 180 deg, and public sources do not agree on the turn numbers (the joints from "
-        "which the program starts decide whether they stay within it)",
+        np.abs(posture.degrees[:, 4]) > ONE_TURN_DEG, "joint 5 is beyond 180 deg, whose turns CONFIG does not state"
     )
     flips = np.sin(posture.joints[:, 4]) > 0.0
+    turns = np.rint(posture.degrees[:, [0, 3, 5]] / (2.0 * ONE_TURN_DEG)).astype(int).tolist()
     return [
-        f"{'F' if flip else 'N'} {'D' if down else 'U'} T, 0, 0, 0"
-        for flip, down in zip(flips.tolist(), posture.is_behind_lower_arm.tolist(), strict=True)
+        f"{'F' if flip else 'N'} {'D' if down else 'U'} T, {', '.join(map(str, turn))}"
+        for flip, down, turn in zip(flips.tolist(), posture.is_behind_lower_arm.tolist(), turns, strict=True)
     ]

@@ -300,10 +300,10 @@ class Interpreter(LineInterpreter):
             self.bring(self.job.points[int(end or number)].external)
         self._lead(int(end or number), rest)
         if isinstance(points[-1], Joints):
-            if kind != "J" or rest:
+            if rest or not isinstance(points[0], Joints):
                 raise ProgramError(f"joint angles in {kind} {text!r}")
             self.blend(zone_mm)
-            self.machine.joint_move(np.array(points[-1]))
+            self.machine.joint_move(np.array(points[-1]), kind=kind, via=np.array(points[0]) if last else None)
             return None
         *via, T_goal = (self._T_base(point, options) for point in points)
         if skip is None:

@@ -12,10 +12,8 @@ COORD.
 
 from __future__ import annotations
 
-import numpy as np
-
 from wpcal.controllers.fanuc.arc import tp_arc_off, tp_arc_on
-from wpcal.controllers.fanuc.configuration import ONE_TURN_DEG, config
+from wpcal.controllers.fanuc.configuration import config
 from wpcal.controllers.fanuc.write import (
     DECIMALS,
     JOINT_PERCENT,
@@ -31,7 +29,6 @@ from wpcal.controllers.fanuc.write import (
 from wpcal.controllers.language.naming import safe_name
 from wpcal.controllers.language.rounding import zyx_degrees
 from wpcal.controllers.program.coordinated_program import CoordinatedProgram
-from wpcal.core.errors import InputError
 
 HOLDER_TOOL = 1  #: The tool of group 2: the part on the flange.
 
@@ -78,12 +75,6 @@ def _moves(program: CoordinatedProgram) -> list[str]:
 
 def _positions(program: CoordinatedProgram) -> list[str]:
     robots = ((program.controller.tool_number, program.tool_in_base1()), (HOLDER_TOOL, program.part_in_base2()))
-    for robot, own in enumerate(program.postures, 1):
-        if np.abs(own.degrees[:, [0, 3, 4, 5]]).max() > ONE_TURN_DEG:
-            raise InputError(
-                f"robot {robot} turns joint 1, 4, 5 or 6 beyond {ONE_TURN_DEG:g} deg, where the turn numbers of CONFIG "
-                "are not known"
-            )
     one, two = (
         pose_bodies(f"\tUF : 0, UT : {tool},", config(own), T[:, :3, 3], T[:, :3, :3])
         for (tool, T), own in zip(robots, program.postures, strict=True)

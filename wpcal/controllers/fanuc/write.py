@@ -56,6 +56,7 @@ LANGUAGE = JobLanguage(
     rotation="R = Rz(R) Ry(P) Rx(W)",
     configuration=CONFIGURATION,
     coordinated="COORD: set up coordinated motion, group 2 leads",
+    lines_to_joints=True,
     sets_frame="sets",
 )
 Body = tuple[str, ...]  #: The lines of a position of group 1.
@@ -173,7 +174,7 @@ class _Tp(JobWriter):
         own, tool = list[str](), program.tool_data
         if tool is not None:
             own = [*set_frame(controller.tool_number, FRAME_REGISTER, tool, what="UTOOL"), self.frame[1]]
-        if controller.frame_number:
+        if controller.frame_number and not self.in_joints:
             own += set_frame(controller.frame_number, FRAME_REGISTER, self.T_base_frame)
         self.start = [self.frame[1], *own, self.frame[0]]
         self.groups = TWO_GROUPS if self.planned is not None and self.planned.turning else ONE_GROUP
@@ -206,10 +207,12 @@ class _Tp(JobWriter):
         return tp_file(name, [*header, *self.run(lines), *self.post.footer()], positions, groups=self.groups)
 
     def seam_job(self, name: str, path: WeldPath) -> str:
-        bodies = self._bodies(path)
-        if self.planned is not None and path.joints is not None and path.external is not None:
-            first = slice(0, path.before)  # a plan goes to joints before a seam
-            bodies[first] = joint_bodies(self.head, path.joints[first])
+        if self.planned is None or path.joints is None or path.external is None:
+            bodies = self._bodies(path)
+        else:  # a plan goes to joints before a seam
+            in_joints = len(path) if self.in_joints else path.before
+            bodies = joint_bodies(self.head, path.joints[:in_joints])
+            bodies += [] if self.in_joints else self._bodies(path)[in_joints:]
             bodies = self._with_axes(bodies, path.external)
         start = partial(tp_arc_on, path, self.program.weld_speed_mm_s(path))
         points = [f"P[{number}]" for number in range(1, len(path) + 1)]

@@ -124,6 +124,7 @@ class JobLanguage:
     coordinated: str  #: What the controller needs where the positioner turns along a seam, for the comment.
     #: Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
     plans_in_joints: bool = False
+    lines_to_joints: bool = False  #: Whether they are where a configuration is not known: lines lead to joints as well.
     sets_frame: str = "set"  #: What is said of the user frame: that a person sets it, or what sets it.
 
     def frame_as_written(self, T: RigidTransform) -> RigidTransform:
@@ -140,8 +141,13 @@ class JobWriter(WeldWriter):
         super().__init__(program)
         language = self.language
         self.in_joints = self.planned is not None and language.plans_in_joints
-        for poses in () if self.in_joints else program.groups:
-            language.configuration.texts(program, poses)  # refused before anything else
+        try:
+            for poses in () if self.in_joints else program.groups:
+                language.configuration.texts(program, poses)  # refused before anything else
+        except InputError:
+            if self.planned is None or self.planned.follows or not language.lines_to_joints:
+                raise
+            self.in_joints = True
         main, names = self.own_names(0 if self.planned is None else len(ALONE))
         self.main, self.jobs = main.upper(), {name: job.upper() for name, job in names.items()}
         self.T_base_frame = language.frame_as_written(program.T_base_part)
