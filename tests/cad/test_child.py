@@ -120,9 +120,20 @@ def hanging_parent(probe: str, function: str, *, death_signal: bool = True) -> t
 
 
 @needs_proc
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-@pytest.mark.parametrize("function", ["hang", "hang_in_compiled_code"])
-@pytest.mark.parametrize("death_signal", [True, False])
+@pytest.mark.parametrize(
+    ("number", "function", "death_signal"),
+    few(
+        [
+            (signal.SIGINT, "hang", True),
+            (signal.SIGKILL, "hang_in_compiled_code", True),
+            (signal.SIGKILL, "hang_in_compiled_code", False),
+            *((number, "hang", False) for number in (signal.SIGINT, signal.SIGKILL)),
+            *((signal.SIGINT, "hang_in_compiled_code", signalled) for signalled in (True, False)),
+            (signal.SIGKILL, "hang", True),
+        ],
+        3,
+    ),
+)
 def test_the_child_ends_with_its_parent(probe: str, number: int, function: str, death_signal: bool) -> None:
     parent, child = hanging_parent(probe, function, death_signal=death_signal)
     os.kill(parent.pid, number)

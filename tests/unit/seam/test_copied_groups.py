@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.copied_groups import FAR, WITHIN_MM, check_same, moved, together
+from tests.few import few
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
 from wpcal.brep.repeats import find_copies
@@ -34,7 +35,7 @@ def seams_of_each(graph: BrepGraph, monkeypatch: pytest.MonkeyPatch) -> tuple[Se
 
 
 @pytest.mark.parametrize(
-    "name", ["frame", "tee-under-bar", "bead-pipe", "saddle-60", "bar-through-plates", "bolted-plates"]
+    "name", few(["frame", "bead-pipe", "bolted-plates", "saddle-60", "tee-under-bar", "bar-through-plates"], 3)
 )
 def test_seams_of_copies_are_those_of_a_search(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     graph = saved_graph(name)

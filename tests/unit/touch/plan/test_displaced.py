@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.touch_parts import touch_part
 from wpcal.brep.material import ExactMaterial
 from wpcal.core.arrays import FloatArray
@@ -61,7 +62,7 @@ def test_the_torch_passes_a_displaced_part() -> None:
         assert free.all()
 
 
-@pytest.mark.parametrize("name", ["tee", "lap", "saddle"])
+@pytest.mark.parametrize("name", few(["saddle", "tee", "lap"], 1))
 def test_of_eight_touches_a_wrong_one_leaves_a_residual(name: str) -> None:
     plan = plan_touches(touch_part(name), options=TouchOptions(touches=8))
     p = np.stack([search.contact_part for search in plan.searches])
