@@ -116,22 +116,17 @@ def through_faces(
     pair, at, normal = pair[kept], at[kept], foot.normal[kept]
     if len(free_form):
         own = face[free_form], origins[free_form], rays[free_form], low[free_form], high[free_form]
-        more, at_more, normals = _through_free_form(graph, trimmed, *own)
+        more, at_more, normals = _through_free_form(trimmed, *own)
         pair, at = np.concatenate([pair, free_form[more]]), np.concatenate([at, at_more])
         normal = np.concatenate([normal, normals])
     return pair, at, np.where(np.einsum("ki,ki->k", rays[pair], normal) > 0, 1, -1)
 
 
 def _through_free_form(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    face: IntArray,
-    origins: FloatArray,
-    rays: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
+    trimmed: TrimmedFaces, face: IntArray, origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return which pairs of a ray and a free-form face meet, at which distances, and the outward normals there."""
+    graph = trimmed.graph
     hits = meet_rays(graph.nurbs_cells, graph.face_nurbs[face], origins, rays, low, high)
     hits = hits.select((hits.at_mm > 0) & trimmed.contains(face[hits.row], hits.uv))
     return hits.row, hits.at_mm, hits.normal * graph.face_outward[face[hits.row]][:, None]

@@ -166,7 +166,7 @@ class TriangleMaterial:
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
     ) -> IntArray:
         """Find the solid of the nearest triangle that each tube meets; shapes as in `Material`."""
-        nearest = tube_triangles(self.corners, self.tree, tips, back, low, high, radius_mm)
+        nearest = tube_triangles(self.corners, self.tree, tips, back, (low, high), radius_mm)
         return np.where(nearest < 0, -1, np.append(self.solid, -1)[nearest])
 
     def _hits(

@@ -139,7 +139,6 @@ def _unit(v: FloatArray, otherwise: FloatArray) -> FloatArray:
 
 
 def find_hits_near(
-    graph: BrepGraph,
     trimmed: TrimmedFaces,
     near: NearFaces,
     group: IntArray,
@@ -165,7 +164,9 @@ def find_hits_near(
             enter, leave = passage(origins[ray].T, rays[ray].T, length_mm[ray], boxes.low[box].T, boxes.high[box].T)
         met = np.flatnonzero(leave > enter)
         ray, face, enter, leave = _joined(ray[met], boxes.face[box[met]], enter[met], leave[met])
-        pair, at, way = through_faces(graph, trimmed, face, origins[ray], rays[ray], length_mm[ray], enter, leave)
+        pair, at, way = through_faces(
+            trimmed.graph, trimmed, face, origins[ray], rays[ray], length_mm[ray], enter, leave
+        )
         found.append((ray[pair], face[pair], at, way))
     ray, face, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
     order = np.lexsort((at, ray))
@@ -215,7 +216,7 @@ def first_faces(
     group = np.repeat(np.arange(len(first)), np.diff(first, append=n))
     rows = np.flatnonzero(near.counts[group])
     ray = (rows[:, None] * k + np.arange(k)).ravel()
-    hits = find_hits_near(graph, trimmed, near, np.repeat(group[rows], k), p0[ray], each[ray], length_mm=length[ray])
+    hits = find_hits_near(trimmed, near, np.repeat(group[rows], k), p0[ray], each[ray], length_mm=length[ray])
     order = np.argsort(-hits.at_mm, kind="stable")  # the nearest of each bundle is written last
     found[rows[hits.ray[order] // k]] = hits.face[order]
     return found

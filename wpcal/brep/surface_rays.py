@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,34 +51,28 @@ def meet_rays(
     with np.errstate(divide="ignore", invalid="ignore"):
 
         def meets(row: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
-            enter, leave = _passage(o, d, low, high, row, box_low, box_high)
+            enter, leave = _passage(o[:, row], d[:, row], low[row], high[row], box_low, box_high)
             return np.asarray(leave >= enter, dtype=bool)
 
         row, cell = cells.find_near(surface, meets)
         corner_low, corner_high = (
             np.take(corner, cell, axis=1) for corner in (cells.levels[0].low, cells.levels[0].high)
         )
-        enter, leave = _passage(o, d, low, high, row, corner_low, corner_high)
+        enter, leave = _passage(o[:, row], d[:, row], low[row], high[row], corner_low, corner_high)
     row, cell, uv = _starts(cells, surface, origins, rays, row, cell, enter, leave)
-    found = _follow(cells, surface, origins, rays, row, cell, uv)
+    found = _follow(cells, surface[row], origins[row], rays[row], cell, uv)
+    found = replace(found, row=row[found.row])
     kept = (found.at_mm >= low[found.row]) & (found.at_mm <= high[found.row])
     return _once(found.select(kept), rays)
 
 
 def _passage(
-    o: FloatArray,
-    d: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    row: IntArray,
-    box_low: FloatArray,
-    box_high: FloatArray,
+    o: FloatArray, d: FloatArray, low: FloatArray, high: FloatArray, box_low: FloatArray, box_high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return between which distances rays are in boxes, one row per coordinate."""
-    enter, leave = low[row], high[row]
+    enter, leave = low, high
     for k in range(3):
-        start, way = o[k][row], d[k][row]
-        a, b = (box_low[k] - start) / way, (box_high[k] - start) / way
+        a, b = (box_low[k] - o[k]) / d[k], (box_high[k] - o[k]) / d[k]
         enter, leave = np.maximum(enter, np.fmin(a, b)), np.minimum(leave, np.fmax(a, b))
     return enter, leave
 
@@ -113,24 +107,17 @@ def _starts(
 
 
 def _follow(
-    cells: SurfaceCells,
-    surface: IntArray,
-    origins: FloatArray,
-    rays: FloatArray,
-    row: IntArray,
-    cell: IntArray,
-    uv: FloatArray,
+    cells: SurfaceCells, surface: IntArray, origins: FloatArray, rays: FloatArray, cell: IntArray, uv: FloatArray
 ) -> SurfaceHits:
-    """Follow rays to their crossings within cells, by Newton's method."""
+    """Follow rays to their crossings within cells, by Newton's method; each row is a ray, a surface and a cell."""
     low, high = cells.low[cell], cells.high[cell]
     size = high - low
-    at, normal, is_exact = np.full(len(row), np.nan), np.zeros((len(row), 3)), np.zeros(len(row), dtype=bool)
-    active = np.arange(len(row))
+    at, normal, is_exact = np.full(len(cell), np.nan), np.zeros((len(cell), 3)), np.zeros(len(cell), dtype=bool)
+    active = np.arange(len(cell))
     for _ in range(NEWTON_ROUNDS):
-        own = row[active]
-        p, du, dv = cells.surfaces.evaluate(surface[own], uv[active])
-        step, along, rise = _newton_step(p, du, dv, origins[own], rays[own])
-        arm = origins[own] + along[:, None] * rays[own] - p
+        p, du, dv = cells.surfaces.evaluate(surface[active], uv[active])
+        step, along, rise = _newton_step(p, du, dv, origins[active], rays[active])
+        arm = origins[active] + along[:, None] * rays[active] - p
         done = np.einsum("ki,ki->k", arm, arm) <= EXACT_MM**2
         at[active[done]], is_exact[active[done]] = along[done], True
         normal[active[done]] = np.cross(du[done], dv[done])
@@ -141,7 +128,7 @@ def _follow(
         uv[active] = np.clip(uv[active] + step[left], low[active] - size[active], high[active] + size[active])
     inside = ((uv >= low - SLACK * size) & (uv <= high + SLACK * size)).all(axis=1)
     kept = np.flatnonzero(is_exact & inside)
-    return SurfaceHits(row[kept], at[kept], np.clip(uv[kept], low[kept], high[kept]), normal[kept])
+    return SurfaceHits(kept, at[kept], np.clip(uv[kept], low[kept], high[kept]), normal[kept])
 
 
 def _newton_step(

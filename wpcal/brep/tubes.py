@@ -18,8 +18,7 @@ def tube_triangles(
     tree: BoxTree,
     tips: FloatArray,
     back: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
+    ends_mm: tuple[FloatArray, FloatArray],
     radius_mm: float,
 ) -> IntArray:
     """Find what straight tubes meet: the triangle nearest to the axis.
@@ -32,8 +31,9 @@ def tube_triangles(
     `corners`: shape (m, 3, 3). The three corners of each triangle, mm.
     `tips`: shape (n, 3). Points on the axes, in the frame of the corners, mm.
     `back`: shape (n, 3). Unit vectors along the axes.
-    `low`, `high`: shape (n,). Where each tube begins and ends, mm from the tip.
+    `ends_mm`: shapes (n,). Where each tube begins and ends, mm from the tip.
     """
+    low, high = ends_mm
     starts, ends = tips + low[:, None] * back, tips + high[:, None] * back
     row, triangle = tree.meeting(np.minimum(starts, ends) - radius_mm, np.maximum(starts, ends) + radius_mm)
     best, nearest = np.full(len(tips), np.nextafter(radius_mm, 0.0)), np.full(len(tips), -1)

@@ -33,7 +33,7 @@ def test_groups_lose_no_hit_and_add_none(name: str) -> None:
     near = find_near_faces(graph, trimmed, p0, p0 + far[:, None] * rays, 5 * first)
     assert near.counts.sum() < 0.5 * len(first) * graph.face_count
     group = np.repeat(np.arange(len(first)), 5 * np.diff(first, append=len(way)))
-    found = find_hits_near(graph, trimmed, near, group, p0, rays, length_mm=far)
+    found = find_hits_near(trimmed, near, group, p0, rays, length_mm=far)
     alone = find_hits(graph, trimmed, p0, rays, length_mm=far)
     assert len(alone.ray) > 100
     np.testing.assert_array_equal(found.ray, alone.ray)

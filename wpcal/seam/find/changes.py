@@ -60,7 +60,7 @@ def without_small_changes(
     like = np.arange(len(rows))
     for chain in chain_pieces(graph, pieces, key[rows], split_rad=SMOOTH_RAD):
         if len(chain.rows) > 1:
-            run = _Run.of(graph, trimmed, contacts, at.contact[rows], pieces, chain, gap_mm)
+            run = _Run.of(trimmed, contacts, at.contact[rows], pieces, chain, gap_mm)
             for own, other in run.small_changes(kind):
                 like[own] = other
     changed = np.flatnonzero(like != np.arange(len(rows)))
@@ -86,7 +86,6 @@ class _Run:
     @classmethod
     def of(
         cls,
-        graph: BrepGraph,
         trimmed: TrimmedFaces,
         contacts: EdgeContacts,
         contact: IntArray,
@@ -95,6 +94,7 @@ class _Run:
         gap_mm: float,
     ) -> _Run:
         """Measure the pieces of a chain."""
+        graph = trimmed.graph
         rows = chain.rows.tolist()
         length = {
             row: abs(arc_length(graph, int(pieces.edge[row]), float(pieces.t0[row]), float(pieces.t1[row])))

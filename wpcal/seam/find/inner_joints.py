@@ -40,22 +40,17 @@ def with_inner_joints(graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPie
     x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
     normals = [project_to_faces(graph, face, p).normal for face in (pieces.wall, pieces.base)]
     solid = graph.face_solid[pieces.wall]
-    ways = [_words(graph, trimmed, solid, p, x, own, other) for own, other in (normals, normals[::-1])]
+    ways = [_words(trimmed, solid, p, x, own, other) for own, other in (normals, normals[::-1])]
     best = [min(pair, key=RANK.index) for pair in zip(*ways, strict=True)]
     words = (was if word is JointType.UNKNOWN else word for word, was in zip(best, joined.joint, strict=True))
     return replace(joined, joint=tuple(words))
 
 
 def _words(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    solid: IntArray,
-    p: FloatArray,
-    x: FloatArray,
-    n_member: FloatArray,
-    n_base: FloatArray,
+    trimmed: TrimmedFaces, solid: IntArray, p: FloatArray, x: FloatArray, n_member: FloatArray, n_base: FloatArray
 ) -> list[JointType]:
     """Return the word for each joint if the member with the first normal stands on the other one."""
+    graph = trimmed.graph
     behind, up = _across(-n_member, n_base), _across(n_base, n_member)
     inside = p + SKIN_MM * (behind + up)
     through = way_out(graph, trimmed, solid, inside, behind)[0]

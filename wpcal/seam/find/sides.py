@@ -150,22 +150,17 @@ def find_sides(
     has_wall &= (sides >= 0).all(axis=1) & _is_along(n_wall, slope) & _is_along(n_face, slope)
     base, n_base, continues = face.copy(), n_face.copy(), np.zeros(len(edge), dtype=bool)
     own = np.flatnonzero(has_wall)
-    found = _base(graph, trimmed, face[own], p[own], n_face[own], n_wall[own], ledge_mm)
+    found = _base(trimmed, face[own], p[own], n_face[own], n_wall[own], ledge_mm)
     base[own], n_base[own], continues[own] = found
     patch, wall = sides[rows, number], sides[rows, 1 - number]
     return Sides(contact, t, p, slope, patch, wall, base, n_face, n_wall, n_base, has_wall, continues)
 
 
 def _base(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    face: IntArray,
-    p: FloatArray,
-    n_face: FloatArray,
-    n_wall: FloatArray,
-    ledge_mm: float,
+    trimmed: TrimmedFaces, face: IntArray, p: FloatArray, n_face: FloatArray, n_wall: FloatArray, ledge_mm: float
 ) -> tuple[IntArray, FloatArray, BoolArray]:
     """Return the face that the weld is laid on, its normal, and whether it continues beyond the wall."""
+    graph = trimmed.graph
     out = n_wall - np.einsum("ki,ki->k", n_wall, n_face)[:, None] * n_face
     continues = is_on(graph, trimmed, face, p + ledge_mm * unit(out))
     base, normal = face.copy(), n_face.copy()

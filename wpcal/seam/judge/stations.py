@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -136,7 +136,7 @@ def _crossings(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -
     step = q1 - q0
     length = np.linalg.norm(step, axis=1)
     unit = step / np.where(length > 0, length, 1.0)[:, None]
-    hits = find_hits_near(graph, trimmed, near, group, q0, unit, length_mm=length)
+    hits = find_hits_near(trimmed, near, group, q0, unit, length_mm=length)
     row, rail = here[hits.ray // RAILS], hits.ray % RAILS
     at = s[row] + hits.at_mm / length[hits.ray] * (s[row + 1] - s[row])
     return _Crossings(owner[row], hits.face, at, rails[owner[row], rail])
@@ -236,7 +236,14 @@ def _exact(graph: BrepGraph, seam: Seam, s_mm: float, hits: _Crossings, *, enter
     faces = hits.face[hits.out_mm == start_mm(seam)]
     found: list[float] = []
     for out in (0.0, start_mm(seam)):
-        at = _bisected(graph, seam, edge, faces, t, ends, out)
+
+        def height(at: FloatArray, out_mm: float = out) -> FloatArray:
+            p = evaluate_edges(graph, np.full(len(at), edge), at)[0]
+            s = ends[0] + (at - t[0]) / (t[1] - t[0]) * (ends[1] - ends[0])
+            z = np.stack([np.interp(s, seam.frames.s_mm, seam.frames.R[:, k, 2]) for k in range(3)], axis=1)
+            return heights(graph, faces, p + out_mm * z)
+
+        at = _bisected(height, t, len(faces))
         found += [first + abs(arc_length(graph, edge, t0, float(value))) for value in at]
         if found and seam.source.is_filled:
             break
@@ -279,18 +286,9 @@ def _wire(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[FloatArray, F
     return points_at(graph, seam.pieces, s_mm), z
 
 
-def _bisected(
-    graph: BrepGraph, seam: Seam, edge: int, faces: IntArray, t: FloatArray, s_mm: FloatArray, out_mm: float
-) -> FloatArray:
-    """Bisect between two parameters for those at which a point `out_mm` out of the joint goes through faces."""
-
-    def height(at: FloatArray) -> FloatArray:
-        p = evaluate_edges(graph, np.full(len(at), edge), at)[0]
-        s = s_mm[0] + (at - t[0]) / (t[1] - t[0]) * (s_mm[1] - s_mm[0])
-        z = np.stack([np.interp(s, seam.frames.s_mm, seam.frames.R[:, k, 2]) for k in range(3)], axis=1)
-        return heights(graph, faces, p + out_mm * z)
-
-    low, high = np.full(len(faces), t[0]), np.full(len(faces), t[1])
+def _bisected(height: Callable[[FloatArray], FloatArray], t: FloatArray, count: int) -> FloatArray:
+    """Bisect between two parameters for those at which a point goes through `count` faces: its heights above them."""
+    low, high = np.full(count, t[0]), np.full(count, t[1])
     side = height(low) > 0
     has = side != (height(high) > 0)
     for _ in range(HALVINGS):
