@@ -81,6 +81,17 @@ def test_ribs_on_a_plate_are_welded_though_nothing_explains_the_dome_below() -> 
     assert not [seam for seam in fused_seams(milled) if seam.accepted]
 
 
+def test_a_lug_that_is_too_thick_for_a_plate_is_welded_to_slender_members() -> None:
+    dome = Sphere(90) & Pos(0, 0, -50) * Box(200, 200, 100)
+    ribs = [Pos(0, y, 40) * Box(290, 8, 60) for y in (-90, 90)]
+    lug = Pos(0, 0, 55) * Box(100, 35, 90) - Pos(0, 0, 65) * Cylinder(15, 80, rotation=(90, 0, 0))
+    around = {}
+    for name, body in (("lug", lug), ("block", Pos(0, 0, 55) * Box(100, 80, 90))):
+        seams = fused_seams(Pos(0, 0, 5) * Box(300, 200, 10) + dome + ribs + body)
+        around[name] = sum(seam.length_mm for seam in seams if seam.accepted and abs(seam.frames.p[0, 1]) < 80)
+    assert around == {"lug": pytest.approx(2 * 135.0), "block": 0}
+
+
 @pytest.mark.parametrize("off", [0.0, 3.0], ids=["bent", "bevelled"])
 def test_a_bent_or_bevelled_shell_is_a_member_beside_plates(off: float) -> None:
     shell = Cylinder(215, 500) - Pos(off, 0, 0) * Cylinder(200, 600) - Pos(-300, 0, 0) * Box(600, 600, 600)

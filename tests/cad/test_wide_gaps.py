@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from build123d import Plane, Polyline, Pos, extrude, make_face, mirror
+from build123d import Box, Plane, Polyline, Pos, extrude, make_face, mirror
 
 from cad.kernel.call import KernelObject
 from cad.kernel.primitives import box, cut, cylinder, prism
@@ -95,11 +95,13 @@ def test_what_a_shim_keeps_apart_is_not_joined() -> None:
     assert {seam.solids for seam in accepted(graph_of(*plates))} == {("S0", "S1")}
 
 
-@pytest.mark.parametrize(("gap", "welds"), [(2.0, 2), (3.6, 0)])  # at the root, and in the groove
-def test_the_root_of_a_prepared_groove_may_be_as_wide_apart_as_its_faces(gap: float, welds: int) -> None:
+@pytest.mark.parametrize("half", [False, True], ids=["V", "half V"])
+@pytest.mark.parametrize(("gap", "welds"), [(1.0, 2), (3.0, 2), (3.6, 0)])  # at the root, and in the groove
+def test_the_root_of_a_prepared_groove_may_be_as_wide_apart_as_its_faces(gap: float, welds: int, half: bool) -> None:
     outline = Polyline((0, 0), (0, 2), (5.8, 12), (100, 12), (100, 0), (0, 0))
     plate = Pos(gap / 2, 0, 0) * extrude(make_face(outline), 200)
-    plates = [(name, shape.solid().wrapped) for name, shape in (("a", plate), ("b", mirror(plate, Plane.YZ)))]
+    other = Pos(-50 - gap / 2, 6, 100) * Box(100, 12, 200) if half else mirror(plate, Plane.YZ)
+    plates = [(name, shape.solid().wrapped) for name, shape in (("a", plate), ("b", other))]
     assert len([seam for seam in detect_seams(to_brep(plates)) if seam.accepted]) == welds
 
 

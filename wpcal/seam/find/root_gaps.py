@@ -18,7 +18,7 @@ from wpcal.seam.find.duplicates import without_duplicates
 from wpcal.seam.find.facing import INSET, FacingFaces, find_facing, widths_mm
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.wide_gaps import is_beside
-from wpcal.seam.limits import NEAR_GAPS, WIDE_GAPS
+from wpcal.seam.limits import NEAR_GAPS
 from wpcal.seam.seam import JointType, SeamPieces
 
 MOST_ROOT_MM = 3.0
@@ -34,11 +34,11 @@ SAME_WIDTH = 1.5  #: Largest ratio of the widths of two ends.
 
 
 def find_root_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *, gap_mm: float) -> JoinedPieces:
-    """Find butt joints with a gap above `WIDE_GAPS` times the usual one, up to `MOST_ROOT_MM`.
+    """Find butt joints with a gap above the usual one, up to `MOST_ROOT_MM`, beside which nothing else is found.
 
     `gap_mm`: The gap with which contacts were found, mm.
     """
-    ends = _facing_ends(graph, trimmed, WIDE_GAPS * gap_mm)
+    ends = _facing_ends(graph, trimmed, gap_mm)
     parts = [_at_gap(graph, trimmed, ends.select(ends.gap_mm == gap), float(gap)) for gap in np.unique(ends.gap_mm)]
     pieces = SeamPieces.joined([found.select(np.zeros(0, dtype=np.int64)), *(part.pieces for part in parts)])
     joint = tuple(word for part in parts for word in part.joint)
@@ -53,9 +53,11 @@ def _facing_ends(graph: BrepGraph, trimmed: TrimmedFaces, above_mm: float) -> Fa
     width = np.stack([widths_mm(trimmed, face) for face in (facing.first, facing.second)])
     fits = (graph.face_kind[facing.first] == SurfaceKind.PLANE) & (facing.gap_mm > above_mm)
     fits &= (facing.share >= LEAST_OPPOSITE) & (width.max(axis=0) <= MOST_END_MM)
-    fits &= width.max(axis=0) <= SAME_WIDTH * width.min(axis=0)
-    bevelled = np.isin(np.stack([facing.first, facing.second]), _bevelled_faces(graph)).all(axis=0)
-    fits &= (facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)) | bevelled
+    narrower = np.where(width[0] <= width[1], facing.first, facing.second)
+    alike = (width.max(axis=0) <= SAME_WIDTH * width.min(axis=0)) & (
+        facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)
+    )
+    fits &= np.isin(narrower, _bevelled_faces(graph)) | alike
     ends = facing.select(fits)
     return ends.select(~_is_filled(graph, trimmed, ends))
 
@@ -91,7 +93,8 @@ def _at_gap(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces, gap_mm: 
     edge, face = (np.concatenate(own) for own in zip(*_pairs(graph, ends), strict=True))
     contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
     joined = join_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
-    in_groove = np.isin(joined.pieces.base, _bevelled_faces(graph))
+    bevelled = _bevelled_faces(graph)
+    in_groove = np.isin(joined.pieces.wall, bevelled) | np.isin(joined.pieces.base, bevelled)
     return joined.select(np.flatnonzero(in_groove | [word is JointType.BUTT for word in joined.joint]))
 
 

@@ -15,6 +15,7 @@ from enum import Enum
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array, eye_array, hstack
+from scipy.sparse.csgraph import connected_components
 
 from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.curves import evaluate_edges
@@ -58,6 +59,7 @@ STOUT_MM = (20.0, 100.0)  #: A stout piece of bar is a member if it is so long, 
 DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
 BEVEL_COS, BEVELLED = -0.985, 0.25
 """The sides of a bevelled plate are within 10 degrees of opposite, and its thickness changes by so much."""
+LUG = 0.5  #: A lug is thinner than this share of its width.
 LEAST_OF_FACE = 0.8  #: A member explains a face if it explains more than this share of it.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
@@ -271,8 +273,20 @@ def _beside(graph: BrepGraph, faces: frozenset[int] | set[int]) -> set[int]:
     return set(graph.edge_faces[own.any(axis=1)].ravel().tolist()) - set(faces) - {-1}
 
 
+def lugs_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[frozenset[int]]:
+    """Return the sides and rims of each thick plate that stands on others: no member by itself, but cut from plate."""
+    surface = sampled_surface(graph, trimmed, solid)
+    found = []
+    for one, _ in _plates(graph, trimmed, solid, surface, flattest=LUG):
+        sides = np.array(sorted(one.faces))
+        cos = graph.face_outward[sides] * (graph.face_frame[sides, 3] @ one.axis)  # of a wedge, one side is there
+        if FLATTEST * one.length_mm < one.thickness_mm < DRAWN_SOLID_MM and cos.min() < 0.0 < cos.max():
+            found.append(one.faces | one.rims)
+    return found
+
+
 def _plates(
-    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, surface: Surface
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, surface: Surface, *, flattest: float = FLATTEST
 ) -> Iterator[tuple[Member, BoolArray]]:
     """Yield pairs of parallel planes with material between: much less of it than they are wide, or a box."""
     rows = np.flatnonzero(surface.flat & (graph.face_kind[surface.face] == SurfaceKind.PLANE))
@@ -295,14 +309,14 @@ def _plates(
         both = frozenset(faces | set(planes[on].tolist()))
         flat = np.isin(surface.face, list(both)) & (np.abs(surface.thick - t) <= SAME_THICKNESS * t + ON_MM)
         wide = float(np.sqrt(flat.sum() * surface.mm2 / 2.0))
-        if t > FLATTEST * wide and not DRAWN_SOLID_MM <= t <= wide:
+        if t > flattest * wide and not DRAWN_SOLID_MM <= t <= wide:
             continue
         beside = np.array(sorted(_beside(graph, both)), dtype=np.int64)
         rim = np.isin(surface.face, beside)
         at_all = surface.p @ way
         rim &= (np.abs(surface.normal @ way) < 1.0 - ON_COS + 0.02) & (at_all > low[row] - ON_MM)
         rim &= at_all < high[row] + ON_MM
-        kind = MemberKind.PLATE if t <= FLATTEST * wide else MemberKind.BOX
+        kind = MemberKind.PLATE if t <= flattest * wide else MemberKind.BOX
         if kind is MemberKind.BOX and not (rim.any() and np.median(surface.thick[rim]) >= DRAWN_SOLID_MM):
             continue
         ends = np.array([np.quantile(trimmed.heights(face, way), (0.0, 1.0)) for face in beside.tolist()])
@@ -554,19 +568,10 @@ def _linked(graph: BrepGraph, smooth: IntArray, faces: set[int]) -> Iterator[fro
     """Yield groups of faces that run smoothly into each other."""
     pairs = graph.edge_faces[smooth]
     pairs = pairs[np.isin(pairs, list(faces)).all(axis=1)]
-    beside: dict[int, list[int]] = defaultdict(list)
-    for one, other in pairs.tolist():
-        beside[one].append(other)
-        beside[other].append(one)
-    left = set(faces)
-    while left:
-        group, waiting = set(), [left.pop()]
-        while waiting:
-            face = waiting.pop()
-            group.add(face)
-            waiting += [other for other in beside[face] if other in left]
-            left.difference_update(beside[face])
-        yield frozenset(group)
+    links = csr_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(graph.face_count, graph.face_count))
+    group = connected_components(links, directed=False)[1]
+    for number in dict.fromkeys(group[sorted(faces)].tolist()):
+        yield frozenset(faces.intersection(np.flatnonzero(group == number).tolist()))
 
 
 def _smooth_edges(graph: BrepGraph, solid: int) -> IntArray:

@@ -25,7 +25,7 @@ from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.strips import drawn_beads, find_strips
 from wpcal.seam.member.heavy_bars import THIN_MM
-from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, members_of
+from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, lugs_of, members_of
 
 LEAST_EXPLAINED = 0.94
 """Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""
@@ -186,7 +186,11 @@ def _find_slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> 
             between_mm += mm
         elif not found.is_root(wall, base):
             other_mm += mm
-    return frozenset(pairs if between_mm >= LEAST_BETWEEN * (between_mm + other_mm) else ())
+    if between_mm < LEAST_BETWEEN * (between_mm + other_mm):
+        return frozenset()
+    lugs = lugs_of(graph, trimmed, solid)
+    at_lugs = {(min(a, b), max(a, b)) for a, b, _ in corners if any((a in lug) != (b in lug) for lug in lugs)}
+    return frozenset(pairs | at_lugs)
 
 
 def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
