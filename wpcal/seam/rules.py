@@ -290,13 +290,3 @@ def confidence_of(source: SeamSource, findings: Iterable[Finding]) -> float:
 def score_of(source: SeamSource, findings: Iterable[Finding]) -> float:
     """Return the number by which candidates are ranked, from 0 to 1."""
     return PRIOR[source] * math.prod(finding.factor for finding in findings)
-
-
-def rules_table() -> str:
-    """Return the table of the rules in Markdown, as `docs/seams.md` shows it."""
-    rows = ["| finding | factor | why | found by |", "| --- | --- | --- | --- |"]
-    for rule in Rule:
-        row = rule.value
-        factor = f"down to {row.factor:g}" if rule is Rule.GAP else f"{row.factor:g}"
-        rows.append(f"| {row.finding} | {factor} | {row.why} | {row.evidence} |")
-    return "\n".join(rows)

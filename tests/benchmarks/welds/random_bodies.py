@@ -57,16 +57,10 @@ def section(rng: Rng, kind: str, length: float) -> tuple[Any, float, float]:
     h, t = float(rng.integers(6, 20) * 10), float(rng.choice([4, 5, 6, 8, 10]))
     w = float(max(50, round(h * rng.uniform(0.5, 1.0))))
     f, r = t * float(rng.choice([1.0, 1.4])), float(rng.choice([0.0, 0.8, 1.2])) * t
-    if kind in ("tube", "pipe"):
-        if kind == "pipe":
-            return (
-                cut(
-                    cylinder(h / 2, length, (h / 2, h / 2, 0), (0, 0, 1)),
-                    cylinder(h / 2 - t, length, (h / 2, h / 2, 0), (0, 0, 1)),
-                ),
-                h,
-                h,
-            )
+    if kind == "pipe":
+        outer, inner = (cylinder(radius, length, (h / 2, h / 2, 0), (0, 0, 1)) for radius in (h / 2, h / 2 - t))
+        return cut(outer, inner), h, h
+    if kind == "tube":
         outer, inner = box(w, h, length), box(w - 2 * t, h - 2 * t, length, (t, t, 0))
         if r:
             outer = outer.fillet(1.8 * t, outer.edges().filter_by(b.Axis.Z))
@@ -78,20 +72,8 @@ def section(rng: Rng, kind: str, length: float) -> tuple[Any, float, float]:
         outline, roots = [(0, 0), (w, 0), (w, f), (t, f), (t, h - f), (w, h - f), (w, h), (0, h)], [(t, f), (t, h - f)]
     elif kind == "beam":
         a, c = (w - t) / 2, (w + t) / 2
-        outline = [
-            (0, 0),
-            (w, 0),
-            (w, f),
-            (c, f),
-            (c, h - f),
-            (w, h - f),
-            (w, h),
-            (0, h),
-            (0, h - f),
-            (a, h - f),
-            (a, f),
-            (0, f),
-        ]
+        right = [(w, 0), (w, f), (c, f), (c, h - f), (w, h - f), (w, h)]
+        outline = [(0, 0), *right, (0, h), (0, h - f), (a, h - f), (a, f), (0, f)]
         roots = [(a, f), (c, f), (a, h - f), (c, h - f)]
     else:
         return box(t, h, length), t, h
@@ -130,25 +112,15 @@ def branch(rng: Rng) -> list[Any]:
     """Return a tube that is coped to another one, upright or at an angle."""
     kind = str(rng.choice(["tube", "pipe"]))
     main, w, h = section(rng, kind, 500.0)
-    main = (
-        main.rotate(b.Axis.Y, 90).translate((-250, -h / 2, w / 2))
-        if kind == "tube"
-        else main.rotate(b.Axis.Y, 90).translate((-250, -h / 2, h / 2))
-    )
+    main = main.rotate(b.Axis.Y, 90).translate((-250, -h / 2, (w if kind == "tube" else h) / 2))
     scale, angle = float(rng.uniform(0.4, 0.85)), float(rng.choice([90, 90, 60, 50]))
     r, t = scale * h / 2, float(rng.choice([3, 4, 5]))
     if kind == "pipe":
-        arm, hole, core = (
-            cylinder(r, 320, (0, 0, 0), (0, 0, 1)),
-            cylinder(r - t, 320, (0, 0, 0), (0, 0, 1)),
-            cylinder(h / 2, 600, (-300, 0, 0), (1, 0, 0)),
-        )
+        arm, hole = (cylinder(radius, 320, (0, 0, 0), (0, 0, 1)) for radius in (r, r - t))
+        core = cylinder(h / 2, 600, (-300, 0, 0), (1, 0, 0))
     else:
-        arm, hole, core = (
-            box(2 * r, 2 * r, 320, (-r, -r, 0)),
-            box(2 * r - 2 * t, 2 * r - 2 * t, 320, (t - r, t - r, 0)),
-            box(600, h, w, (-300, -h / 2, -w / 2)),
-        )
+        arm, hole = (box(2 * half, 2 * half, 320, (-half, -half, 0)) for half in (r, r - t))
+        core = box(600, h, w, (-300, -h / 2, -w / 2))
     return [main, cut(cut(arm, hole).rotate(b.Axis.Y, 90 - angle), core)]
 
 
@@ -170,12 +142,8 @@ def coped(rng: Rng) -> list[Any]:
     """Return a beam whose ends are coped to fit between the flanges of another one."""
     main, w, h = section(rng, str(rng.choice(["beam", "channel"])), 500.0)
     main = main.rotate(b.Axis.X, 90).translate((0, 250, 0))  # along y, flanges below and above
-    web_face = max(
-        v.X
-        for v in cut(
-            main, box(600, 600, h * 0.6, (-300, -300, h * 0.8)), box(600, 600, h * 0.6, (-300, -300, -h * 0.4))
-        ).vertices()
-    )
+    flanges = (box(600, 600, h * 0.6, (-300, -300, z)) for z in (h * 0.8, -h * 0.4))
+    web_face = max(v.X for v in cut(main, *flanges).vertices())
     t, d = float(rng.choice([5, 6, 8])), h * float(rng.uniform(0.45, 0.65))
     low = (h - d) / 2
     web = box(350, t, d, (web_face, -t / 2, low))
