@@ -53,6 +53,17 @@ def line(p0: FloatArray, p1: FloatArray) -> FreeEdge:
     return FreeEdge(CurveKind.LINE, frame, (0.0, 0.0), (0.0, length))
 
 
+def arc(centre: FloatArray, z: FloatArray, points: FloatArray, radius: float) -> FreeEdge:
+    """Return the arc round an axis from the first of some points of its circle, shape (n, 3), to the last."""
+    arm = points - centre
+    x = arm[0] / np.linalg.norm(arm[0])
+    y = np.cross(z, x)
+    turn = float(np.unwrap(np.arctan2(arm @ y, arm @ x))[-1])
+    if turn < 0:
+        z, y, turn = -z, -y, -turn
+    return FreeEdge(CurveKind.CIRCLE, np.stack([centre, x, y, z]), (radius, radius), (0.0, turn))
+
+
 def interpolated(points: FloatArray) -> FreeEdge:
     """Return the cubic spline through points; its parameter is the length of the chords.
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from wpcal.brep.concavity import LEAST_TURN_SIN
 from wpcal.brep.curves import evaluate_edges
-from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.extend import FreeEdge, add_edges, arc, interpolated, line
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -90,11 +90,4 @@ def _circle(graph: BrepGraph, sides: tuple[int, int], p: FloatArray) -> FreeEdge
     o, z = graph.face_frame[cylinder, 0], graph.face_frame[cylinder, 3]
     n = graph.face_frame[plane, 3]
     centre = o + float((graph.face_frame[plane, 0] - o) @ n) / float(z @ n) * z
-    radius = float(graph.face_param[cylinder, 0])
-    x = (p[0] - centre) / np.linalg.norm(p[0] - centre)
-    y = np.cross(z, x)
-    arm = p - centre
-    turn = float(np.unwrap(np.arctan2(arm @ y, arm @ x))[-1])
-    if turn < 0:
-        z, y, turn = -z, -y, -turn
-    return FreeEdge(CurveKind.CIRCLE, np.stack([centre, x, y, z]), (radius, radius), (0.0, turn))
+    return arc(centre, z, p, float(graph.face_param[cylinder, 0]))

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.extend import FreeEdge, add_edges, arc, interpolated, line
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.flare import FlareSearch, Grooves
@@ -132,18 +132,7 @@ def _curve(graph: BrepGraph, pairs: FacePairs, p: FloatArray) -> FreeEdge:
     for face in (pairs.pipe[0], pairs.other[0]):
         o, z = graph.face_frame[face, 0], graph.face_frame[face, 3]
         height = (p - o) @ z
-        arm = p - o - height[:, None] * z
-        radius = np.linalg.norm(arm, axis=1)
+        radius = np.linalg.norm(p - o - height[:, None] * z, axis=1)
         if np.ptp(height) <= EXACT_MM and np.ptp(radius) <= EXACT_MM:
-            return _arc(o + height.mean() * z, z, arm, float(radius.mean()))
+            return arc(o + height.mean() * z, z, p, float(radius.mean()))
     return interpolated(p)
-
-
-def _arc(centre: FloatArray, z: FloatArray, arm: FloatArray, radius: float) -> FreeEdge:
-    """Return the arc round an axis z from the first of the points `centre + arm` to the last."""
-    ex = arm[0] / radius
-    ey = np.cross(z, ex)
-    turn = float(np.unwrap(np.arctan2(arm @ ey, arm @ ex))[-1])
-    if turn < 0:
-        z, ey, turn = -z, -ey, -turn
-    return FreeEdge(CurveKind.CIRCLE, np.stack([centre, ex, ey, z]), (radius, radius), (0.0, turn))

@@ -147,13 +147,7 @@ def _is_for(word: _Word, tokens: list[str]) -> bool:
 
 
 def _standard(text: str, *, has_structure: bool) -> Hit | None:
-    for kind, pattern in _STANDARDS:
-        match = pattern.search(text)
-        if match is not None:
-            return Hit(kind, match.group().strip(), is_standard=True)
-    if has_structure:
-        return None
-    for kind, pattern in _CODES:
+    for kind, pattern in _STANDARDS if has_structure else (*_STANDARDS, *_CODES):
         match = pattern.search(text)
         if match is not None:
             return Hit(kind, match.group().strip(), is_standard=True)
