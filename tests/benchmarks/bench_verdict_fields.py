@@ -120,4 +120,4 @@ def _field(points: FloatArray, field: RobotField, scale: float, rng: np.random.G
 
 
 def _joint(budget: ErrorBudget, seams: FloatArray) -> float:
-    return float(np.quantile(budget.joint_errors(seams), 0.95))
+    return budget.joint_errors(seams).error_95_mm

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.errors.prediction import COVERAGE, SigmaSource, TeachingError
+from wpcal.calibrate.errors.prediction import SigmaSource, TeachingError
 from wpcal.calibrate.observe.points import PointProblem, search_points
 from wpcal.calibrate.observe.touch_problem import search_touches
 from wpcal.calibrate.observe.touches import Touches
@@ -195,7 +195,7 @@ def _remedy(other: CriterionFit, fit: CriterionFit, points: FloatArray, toleranc
     """Say that another criterion has the seams within the tolerance, or nothing."""
     if other.criterion is fit.criterion:
         return ""
-    error = float(np.quantile(other.budget.joint_errors(other.T.apply(points)), COVERAGE))
+    error = other.budget.joint_errors(other.T.apply(points)).error_95_mm
     if error > tolerance_mm:
         return ""
     return f"--criterion {other.criterion.value} predicts {error:.3g} mm from the same {plural(word)}"
@@ -205,7 +205,10 @@ def _by_seam(points: FloatArray, names: Sequence[str]) -> tuple[tuple[str, Float
     """Return the points of each seam, or of the fitted points without a name."""
     if not names:
         return (("", points),)
-    return tuple((name, points[[i for i, n in enumerate(names) if n == name]]) for name in dict.fromkeys(names))
+    rows: dict[str, list[int]] = {}
+    for row, name in enumerate(names):
+        rows.setdefault(name, []).append(row)
+    return tuple((name, points[each]) for name, each in rows.items())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.calibrate.errors.linear_fit import budget_of_design
-from wpcal.calibrate.errors.prediction import COVERAGE, TeachingError
+from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.solve.interior_point import solve_interior_point
 from wpcal.calibrate.solve.least_squares import centred, distances, kabsch
 from wpcal.calibrate.trust.criteria import Criterion
@@ -132,7 +132,7 @@ def run_error_study(
             progress(done)
     stated, is_minimax = replace(teaching, bound_mm=bound_mm), criterion is Criterion.MINIMAX
     budget = budget_of_design(true, stated, with_minimax=is_minimax, seed=seed)
-    expected = float(np.quantile(budget.joint_errors(true), COVERAGE))
+    expected = budget.joint_errors(true).error_95_mm
     return ErrorStudy(frozen(errors), bound_mm, place, criterion, seed, expected)
 
 

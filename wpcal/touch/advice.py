@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.calibrate.errors.linear_fit import budget_of_design
-from wpcal.calibrate.errors.prediction import COVERAGE, LEAST_ERROR_MM, Sigma, TeachingError
+from wpcal.calibrate.errors.prediction import LEAST_ERROR_MM, Sigma, TeachingError
 from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, IntArray
@@ -311,7 +311,7 @@ class _Choice:
         with_minimax = self.criterion is Criterion.MINIMAX
         budget = budget_of_design(self.places.p[row], self.teaching, with_minimax=with_minimax, seed=self.seed)
         every = budget.joint_errors(self.seam_points)
-        return budget.largest_error_95(self.seam_points)[0], float(np.quantile(every, COVERAGE))
+        return every.row, every.error_95_mm
 
     def _is_clear(self, row: IntArray) -> bool:
         """Whether every exchange of names would be seen in the residuals."""

@@ -262,9 +262,9 @@ class VerdictEvidence:
         """Return the predicted error of the seams."""
         fit = self.fit
         errors = fit.budget.joint_errors(fit.T.apply(self.points_part))
-        row, own_mm = fit.largest_error_95(self.points_part)
-        low, high = np.quantile(errors, [1.0 - COVERAGE, COVERAGE]).tolist()
-        return Predicted(self.seam_names[row] if self.seam_names else "", own_mm, high, low, fit.budget.describe())
+        low, high = np.quantile(errors.drawn_mm, [1.0 - COVERAGE, COVERAGE]).tolist()
+        name = self.seam_names[errors.row] if self.seam_names else ""
+        return Predicted(name, errors.own_mm, high, low, fit.budget.describe())
 
     def contradictions(self, shown: Predicted) -> Iterator[Ground]:
         """Name observations that the others contradict, then residuals that the stated error does not explain."""

@@ -17,7 +17,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.linear_fit import LinearFit
-from wpcal.calibrate.errors.prediction import COVERAGE, Sigma, TeachingError
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.errors.robot_field import ResidualRows, RobotField, foresee
 from wpcal.calibrate.observe.bodies import Bodies
 from wpcal.calibrate.trust.residuals import LEAST_REDUNDANCY
@@ -267,7 +267,7 @@ def joint_error_of(design: TouchDesign, rows: IntArray, seam_points: FloatArray)
     """
     if design.covariances(rows[None])[1][0]:
         return float("inf")
-    return float(np.quantile(design.budget(rows).joint_errors(seam_points), COVERAGE))
+    return design.budget(rows).joint_errors(seam_points).error_95_mm
 
 
 def _as_one_body(design: TouchDesign) -> tuple[MovedSearch, FloatArray]:

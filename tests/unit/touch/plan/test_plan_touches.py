@@ -218,6 +218,6 @@ def test_a_plan_with_a_stated_robot_promises_what_the_verdict_compares(robot: Ro
     pose = Pose.of(touches, np.eye(3), np.zeros(3))
     found = budget_of_touches(touches, pose, Criterion.WEIGHTED, TeachingError(robot=robot))
     promised = joint_error_of(design, rows, design.seam_points)
-    assert promised == pytest.approx(float(np.quantile(found.joint_errors(design.seam_points), 0.95)), rel=1e-6)
+    assert promised == pytest.approx(found.joint_errors(design.seam_points).error_95_mm, rel=1e-6)
     alone = joint_error_of(replace(design, robot=RobotField.none()), rows, design.seam_points)
     assert promised > alone
