@@ -41,12 +41,10 @@ def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box,
     """
     ink = _sampled(lines)
     kept_free = np.concatenate([p, _sampled(avoid)])
-    middle = np.mean([ink.min(axis=0), ink.max(axis=0)], axis=0) if len(ink) else cell.centre
     placed: dict[int, Label] = {}
     for row in _crowded_first(p):
-        others = [placed[k] for k in placed]
-        starts = np.array([p[k] for k in placed]).reshape(-1, 2)
-        placed[int(row)] = _best(p[row], kept_free, sizes[row], ink, cell, middle, others, starts)
+        others = [(p[k], label) for k, label in placed.items()]
+        placed[int(row)] = _best(p[row], kept_free, sizes[row], ink, cell, others)
     return [placed[row] for row in range(len(p))]
 
 
@@ -61,10 +59,9 @@ def _best(
     size: FloatArray,
     ink: FloatArray,
     cell: Box,
-    middle: FloatArray,
-    others: list[Label],
-    starts: FloatArray,
+    others: list[tuple[FloatArray, Label]],
 ) -> Label:
+    middle = np.mean([ink.min(axis=0), ink.max(axis=0)], axis=0) if len(ink) else cell.centre
     low, anchor = _candidates(point, size)
     high = low + size
     wide, margin = CLEARANCE * size[1], CLEARANCE * size[1]
@@ -75,7 +72,7 @@ def _best(
     cost += LEADER_ON_LINES * SAMPLE_MM * _beside(ink, point, anchor, margin).sum(axis=1)
     outward = (low + size / 2 - middle) @ _unit(point - middle)
     cost -= 0.1 * outward  # of two equal places, the one farther out wins
-    for other, start in zip(others, starts, strict=True):
+    for start, other in others:
         box_low = np.array([other.box.x, other.box.y])
         box_high = np.array([other.box.right, other.box.top])
         cost += CLASH * ((low - margin < box_high) & (high + margin > box_low)).all(axis=1)

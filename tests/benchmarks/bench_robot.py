@@ -21,7 +21,7 @@ from wpcal.robot.identify.identification import IdentifyOptions, identify_arm
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
-from wpcal.robot.identify.pose_residuals import pose_errors
+from wpcal.robot.identify.pose_residuals import Prior, pose_errors
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics
@@ -128,7 +128,7 @@ def scipy_peer(arm: Arm, seen: PoseObservations, seed: int) -> tuple[KinematicMo
 def published(arm: Arm, seen: PoseObservations, seed: int) -> tuple[KinematicModel, FloatArray]:
     """Genetic algorithm and tabu search with the paper's sizes."""
     start, parameters, theta = KinematicModel(arm.chain), link_parameters(arm.chain), arm.model_angles(seen.joints)
-    fit = solve_genetic_tabu(start, parameters, theta, seen, rng=np.random.default_rng(seed))
+    fit = solve_genetic_tabu(Prior.of(start, tuple(parameters), None), theta, seen, rng=np.random.default_rng(seed))
     return fit.model, fit.steps
 
 

@@ -74,31 +74,30 @@ def _hits(
     if solid is not None:
         own = graph.face_solid[face] == solid[ray]
         ray, face, low, high = ray[own], face[own], low[own], high[own]
-    pair, at, way = through_faces(graph, trimmed, face, origins[ray], rays[ray], length[ray], low, high)
+    pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length[ray], (low, high))
     return RayHits(ray[pair], face[pair], at, way)
 
 
 def through_faces(
-    graph: BrepGraph,
     trimmed: TrimmedFaces,
     face: IntArray,
     origins: FloatArray,
     rays: FloatArray,
     length: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
+    ends_mm: tuple[FloatArray, FloatArray],
 ) -> tuple[IntArray, FloatArray, IntArray]:
     """Find which of k pairs of a ray and a face meet.
 
     `face`: ndarray of int, shape (k,)
     `origins`, `rays`: shape (k, 3). Starts (mm) and unit directions in `part`.
     `length`: shape (k,). Where the rays end, mm.
-    `low`, `high`: shape (k,). Distances between which the ray is in the box of the face, mm.
+    `ends_mm`: shapes (k,). Distances between which the ray is in the box of the face.
 
     Returns `pair`: shape (h,). The pairs that meet.
     Returns `at_mm`: shape (h,). At which distance.
     Returns `way`: shape (h,). +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
+    graph, (low, high) = trimmed.graph, ends_mm
     is_free_form = graph.face_kind[face] == SurfaceKind.NURBS
     closed, free_form = np.flatnonzero(~is_free_form), np.flatnonzero(is_free_form)
     roots = _roots(graph, face[closed], origins[closed], rays[closed])

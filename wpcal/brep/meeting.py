@@ -65,8 +65,7 @@ def meet_moved(
 
 def meet_surfaces(
     graph: BrepGraph,
-    first: IntArray,
-    second: IntArray,
+    faces: IntArray,
     p0: FloatArray,
     x: FloatArray,
     *,
@@ -77,14 +76,14 @@ def meet_surfaces(
 
     Returns ndarray, shape (n, 3). In `part`, mm; NaN where there is no answer.
 
-    `first`, `second`: shape (n,). Faces; their whole surfaces count.
+    `faces`: shape (2, n). Two for each point; their whole surfaces count.
     `p0`: shape (n, 3). Where the search starts, in `part`, mm.
     `x`: shape (n, 3). Unit normals of the planes through p0.
     `height_mm`: shape (n,), or float. Above both surfaces, on the outer side.
     """
 
     def feet(rows: IntArray, at: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-        found = [project_to_faces(graph, face[rows], at) for face in (first, second)]
+        found = [project_to_faces(graph, face[rows], at) for face in faces]
         return [(foot.p, foot.normal) for foot in found]
 
     return _met(feet, p0, x, np.broadcast_to(height_mm, len(p0)), least_sin)

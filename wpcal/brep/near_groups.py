@@ -164,9 +164,7 @@ def find_hits_near(
             enter, leave = passage(origins[ray].T, rays[ray].T, length_mm[ray], boxes.low[box].T, boxes.high[box].T)
         met = np.flatnonzero(leave > enter)
         ray, face, enter, leave = _joined(ray[met], boxes.face[box[met]], enter[met], leave[met])
-        pair, at, way = through_faces(
-            trimmed.graph, trimmed, face, origins[ray], rays[ray], length_mm[ray], enter, leave
-        )
+        pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length_mm[ray], (enter, leave))
         found.append((ray[pair], face[pair], at, way))
     ray, face, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
     order = np.lexsort((at, ray))

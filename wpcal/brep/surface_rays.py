@@ -59,7 +59,8 @@ def meet_rays(
             np.take(corner, cell, axis=1) for corner in (cells.levels[0].low, cells.levels[0].high)
         )
         enter, leave = _passage(o[:, row], d[:, row], low[row], high[row], corner_low, corner_high)
-    row, cell, uv = _starts(cells, surface, origins, rays, row, cell, enter, leave)
+    pair, uv = _starts(cells, surface[row], origins[row], rays[row], cell, (enter, leave))
+    row, cell = row[pair], cell[pair]
     found = _follow(cells, surface[row], origins[row], rays[row], cell, uv)
     found = replace(found, row=row[found.row])
     kept = (found.at_mm >= low[found.row]) & (found.at_mm <= high[found.row])
@@ -82,28 +83,25 @@ def _starts(
     surface: IntArray,
     origins: FloatArray,
     rays: FloatArray,
-    row: IntArray,
     cell: IntArray,
-    enter: FloatArray,
-    leave: FloatArray,
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return pairs of a row and a cell with the (u, v) from which the ray is followed, of those that may meet."""
+    ends_mm: tuple[FloatArray, FloatArray],
+) -> tuple[IntArray, FloatArray]:
+    """Return which rays may meet their cells, each with a (u, v) from which it is followed."""
     middle = (cells.low[cell] + cells.high[cell]) / 2
     size = cells.high[cell] - cells.low[cell]
-    p, du, dv = cells.surfaces.evaluate(surface[row], middle)
-    step, _, rise = _newton_step(p, du, dv, origins[row], rays[row])
+    p, du, dv = cells.surfaces.evaluate(surface, middle)
+    step, _, rise = _newton_step(p, du, dv, origins, rays)
     shallow = np.abs(rise) < SHALLOW
     beyond = (np.abs(step) / size).max(axis=1) > 0.5 + TOO_FAR
     steep = np.flatnonzero(~shallow & ~beyond)
     low_rows = np.flatnonzero(shallow)
     starts = [middle[steep] + np.clip(step[steep], -size[steep], size[steep]), middle[low_rows]]
-    for at in (enter, leave):
-        own = row[low_rows]
-        arm = origins[own] + at[low_rows, None] * rays[own] - p[low_rows]
+    for at in ends_mm:
+        arm = origins[low_rows] + at[low_rows, None] * rays[low_rows] - p[low_rows]
         way = _along_surface(arm, du[low_rows], dv[low_rows])
         starts.append(middle[low_rows] + np.clip(way, -size[low_rows] / 2, size[low_rows] / 2))
     which = np.concatenate([steep, low_rows, low_rows, low_rows])
-    return row[which], cell[which], np.concatenate(starts)
+    return which, np.concatenate(starts)
 
 
 def _follow(

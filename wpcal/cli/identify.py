@@ -16,6 +16,7 @@ from wpcal.core.options import opt
 if TYPE_CHECKING:
     from wpcal.robot.identify.identifiability import Noise
     from wpcal.robot.identify.identification import Identification, IdentifyOptions
+    from wpcal.robot.identify.observability import PosePlan
     from wpcal.robot.kinematics.arm import Arm
 
 
@@ -80,8 +81,11 @@ def identify(
     Writes identified.json (an arm file), identification.json and charts. Ends with code 1, without identified.json,
     if the test poses show no improvement.
     """
+    from importlib.util import find_spec
+
     from wpcal.core.errors import InputError
-    from wpcal.core.records import check_writable
+    from wpcal.core.records import check_writable, to_json
+    from wpcal.robot.identify.identification_record import identification_record
     from wpcal.robot.kinematics.arm_file import find_arm
 
     options = replace(options, noise=noise.to_noise())
@@ -90,39 +94,32 @@ def identify(
     if plan.count is not None:
         if poses_csv is not None:
             raise InputError("--plan chooses poses to measure; leave out POSES.csv")
-        return _plan(arm, plan.count, options, plan, output, force=force, as_json=as_json)
+        return _write_plan(arm, _planned(arm, plan.count, options, plan), output, force=force, as_json=as_json)
     if poses_csv is None:
         raise InputError("POSES.csv is missing; give the measured poses, or --plan N to choose some")
-    return _identify(arm, poses_csv, options, output, charts=charts, force=force, as_json=as_json)
-
-
-def _identify(
-    arm: Arm, poses_csv: Path, options: IdentifyOptions, output: Path, *, charts: bool, force: bool, as_json: bool
-) -> int:
-    from importlib.util import find_spec
-
-    from wpcal.cli.progress import shown_progress
-    from wpcal.core.errors import InputError
-    from wpcal.core.records import to_json
-    from wpcal.robot.identify.identification import identify_arm
-    from wpcal.robot.identify.identification_record import identification_record
-    from wpcal.robot.identify.poses_file import read_poses
-
     if charts and find_spec("matplotlib") is None:
         raise InputError("the charts need matplotlib: install wpcal[plots], or give --no-charts")
-    observations, test = read_poses(poses_csv, arm.as_nominal())
-    with shown_progress(f"identifying {arm.name} from {len(observations)} poses"):
-        result = identify_arm(arm, observations, options=options, test=test)
-    record = identification_record(result)
-    _write(result, to_json(record), output, charts=charts, force=force)
+    result = _identified(arm, poses_csv, options)
+    record = to_json(identification_record(result))
+    _write(result, record, output, charts=charts, force=force)
     if as_json:
-        click.echo(to_json(record), nl=False)
+        click.echo(record, nl=False)
     else:
         from wpcal.cli.console import plain_console
         from wpcal.cli.identification_tables import show_identification
 
         show_identification(result, plain_console())
     return 0 if result.verdict.improved else 1
+
+
+def _identified(arm: Arm, poses_csv: Path, options: IdentifyOptions) -> Identification:
+    from wpcal.cli.progress import shown_progress
+    from wpcal.robot.identify.identification import identify_arm
+    from wpcal.robot.identify.poses_file import read_poses
+
+    observations, test = read_poses(poses_csv, arm.as_nominal())
+    with shown_progress(f"identifying {arm.name} from {len(observations)} poses"):
+        return identify_arm(arm, observations, options=options, test=test)
 
 
 def _write(result: Identification, record: str, output: Path, *, charts: bool, force: bool) -> None:
@@ -139,32 +136,35 @@ def _write(result: Identification, record: str, output: Path, *, charts: bool, f
             write_charts(result, folder)
 
 
-def _plan(
-    arm: Arm, count: int, options: IdentifyOptions, flags: PosesAsked, output: Path, *, force: bool, as_json: bool
-) -> int:
+def _planned(arm: Arm, count: int, options: IdentifyOptions, asked: PosesAsked) -> PosePlan:
     import numpy as np
 
-    from wpcal.cli.console import plain_console
-    from wpcal.cli.identification_tables import show_plan
     from wpcal.cli.progress import shown_progress
-    from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.robot.identify.observability import plan_poses
     from wpcal.robot.identify.parameters import last_link_first, surrounding_parameters
-    from wpcal.robot.identify.poses_file import plan_table
 
     nominal = arm.as_nominal()
     surroundings = surrounding_parameters(
-        free_base=options.free_base, free_tool=options.free_tool, reflectors=("",) if flags.positions_only else None
+        free_base=options.free_base, free_tool=options.free_tool, reflectors=("",) if asked.positions_only else None
     )
     with shown_progress(f"choosing {count} poses for {arm.name}"):
-        plan = plan_poses(
+        return plan_poses(
             nominal,
             count,
             parameters=(*surroundings, *last_link_first(nominal.chain, options.parameters)),
             rng=np.random.default_rng(options.seed),
-            positions_only=flags.positions_only,
-            above_mm=flags.above_mm,
+            positions_only=asked.positions_only,
+            above_mm=asked.above_mm,
         )
+
+
+def _write_plan(arm: Arm, plan: PosePlan, output: Path, *, force: bool, as_json: bool) -> int:
+    from wpcal.cli.console import plain_console
+    from wpcal.cli.identification_tables import show_plan
+    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.robot.identify.poses_file import plan_table
+
+    nominal = arm.as_nominal()
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "plan.csv", plan_table(nominal, plan.joints), overwrite=True)
     if as_json:

@@ -64,17 +64,14 @@ def detect_seams(
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
     options = with_play(graph, trimmed, options)
-    found = find_seam_candidates(
-        graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked
-    )
+    found = find_seam_candidates(trimmed, options, sections=sections, beads=beads, flares=flares, marked=marked)
     return judge_candidates(graph, CopiedSeams(tuple(found)), options, trimmed=trimmed)
 
 
 def find_seam_candidates(
-    graph: BrepGraph,
+    trimmed: TrimmedFaces,
     options: SeamOptions,
     *,
-    trimmed: TrimmedFaces,
     sections: SeamPieces | None = None,
     beads: JoinedPieces | None = None,
     flares: FlareGrooves | None = None,
@@ -84,6 +81,7 @@ def find_seam_candidates(
 
     Parameters and order of the searches as in `detect_seams`.
     """
+    graph = trimmed.graph
     gap_mm = options.gap_for(graph)
     drawn = drawn_beads(graph, find_strips(graph, trimmed, min_length_mm=options.min_edge_mm))
     edge, face = candidate_pairs(graph, trimmed, gap_mm)

@@ -65,13 +65,7 @@ class _Added:
 
     def find(self, trimmed: TrimmedFaces, options: SeamOptions, marked: MarkedEdges | None = None) -> list[Seam]:
         return find_seam_candidates(
-            trimmed.graph,
-            options,
-            trimmed=trimmed,
-            sections=self.sections,
-            beads=self.beads,
-            flares=self.flares,
-            marked=marked,
+            trimmed, options, sections=self.sections, beads=self.beads, flares=self.flares, marked=marked
         )
 
 

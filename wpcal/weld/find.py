@@ -81,8 +81,11 @@ def find_welds(
             continue
         try:
             groove = None if mesh is None else measure_groove(seam, mesh, T_base_part)
-            planned = (positions or {}).get(seam.name)
-            welds.append(_weld(seam, place, rules, material, own, groove, planned))
+            laid = seam if groove is None else _in_groove(seam, groove)
+            measured = _measured(laid, material)
+            if positions and seam.name in positions:
+                measured["position"] = positions[seam.name]
+            welds.append(_weld(laid, place, rules, measured, own, groove))
         except InputError as error:
             raise InputError(f"{stated_in}: {error}" if stated_in else str(error), code=error.code) from None
     return FoundWelds(tuple(welds), (*notes, *_of_welds(welds)), left, tuple(not_chosen))
@@ -110,21 +113,20 @@ def seam_places(seams: Sequence[Seam], T_base_part: RigidTransform) -> list[tupl
     return [(seam.name, place_of(seam, T_base_part.inverse())) for seam in seams]
 
 
+def _in_groove(seam: Seam, groove: Groove) -> Seam:
+    """Return a seam as the weld of a groove: it runs along one edge at the root, or beside the groove."""
+    R = seam.frames.R @ Rotation.from_euler("x", groove.tilt_rad).as_matrix()
+    return replace(seam, joint=JointType.BUTT, weld=WeldType.GROOVE, frames=replace(seam.frames, R=R))
+
+
 def _weld(
     seam: Seam,
     place: SeamPlace,
     rules: RuleTable,
-    material: TriangleMaterial | None,
+    measured: Mapping[str, tuple[Any, str]],
     stated: StatedWeld,
     groove: Groove | None,
-    position: tuple[str, str] | None,
 ) -> SeamWeld:
-    if groove is not None:  # its seam runs along one edge at the root, or beside the groove
-        R = seam.frames.R @ Rotation.from_euler("x", groove.tilt_rad).as_matrix()
-        seam = replace(seam, joint=JointType.BUTT, weld=WeldType.GROOVE, frames=replace(seam.frames, R=R))
-    measured: dict[str, tuple[Any, str]] = _measured(seam, material)
-    if position is not None:
-        measured["position"] = position
     lower_side = 1 if float(np.mean(seam.frames.R[:, :, 1] @ np.array(UP))) < 0.0 else -1
     of_model = {} if groove is None else groove.values()  # exact, where the gap of a seam is to the nearest face
     own = {name: value for name, value in measured.items() if name not in of_model}

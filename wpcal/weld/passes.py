@@ -51,7 +51,9 @@ def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple
             side = (left + right) / 2.0 * count / max(count - 1, 1)
             lean = side * _corner_angle_deg(section, low, side) if count > 1 else 0.0
             lean += math.degrees(section.tilt_rad)
-            beads.append(_bead(section, (low, high), (left, right), len(beads) + 1, layer, area, lean))
+            y, z = _place(section, (left + right) / 2.0, max(low, section.least_aim_mm))
+            outline = _outline(section, (low, high), (left, right))
+            beads.append(Bead(len(beads) + 1, layer, y, z, area, outline, lean))
     return tuple(beads)
 
 
@@ -85,15 +87,9 @@ def _corner_angle_deg(section: Section, low_mm: float, side: float) -> float:
     return math.degrees(min(halved, other / 2.0) if section.is_groove else halved)
 
 
-def _bead(
-    section: Section,
-    heights: tuple[float, float],
-    shares: tuple[float, float],
-    number: int,
-    layer: int,
-    area_mm2: float,
-    lean_deg: float,
-) -> Bead:
+def _outline(
+    section: Section, heights: tuple[float, float], shares: tuple[float, float]
+) -> tuple[tuple[float, float], ...]:
     (low, high), (left, right) = heights, shares
     corners = [(left, low), (right, low)]
     if low < section.root_face_mm < high:
@@ -101,9 +97,7 @@ def _bead(
     corners += [(right, high), (left, high)]
     if low < section.root_face_mm < high:
         corners.append((left, section.root_face_mm))
-    outline = tuple(_place(section, share, h) for share, h in corners)
-    y, z = _place(section, (left + right) / 2.0, max(low, section.least_aim_mm))
-    return Bead(number, layer, y, z, area_mm2, outline, lean_deg)
+    return tuple(_place(section, share, h) for share, h in corners)
 
 
 def _place(section: Section, share: float, h_mm: float) -> tuple[float, float]:

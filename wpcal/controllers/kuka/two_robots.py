@@ -67,7 +67,8 @@ def _about(program: CoordinatedProgram, robot: int) -> list[str]:
 def _torch(program: CoordinatedProgram, labels: list[str]) -> tuple[list[str], list[str]]:
     """Return the data and the moves of robot 1."""
     path, frame = program.path, program.controller.frame_number
-    data = _data(program, labels, program.joints1, path.p_base, path.R_base, program.postures[0], first=path.before)
+    targets = _targets(labels, path.p_base, path.R_base, program.postures[0])
+    data = _data(program, program.joints1, targets[path.before :])
     start, *others = program.steps(BLEND_MM)
     first, last = (f"; {mark}" for mark in program.marks)
     lines = [
@@ -94,7 +95,8 @@ def _holder(program: CoordinatedProgram, labels: list[str]) -> tuple[list[str], 
     names = [labels[row] for row in rows]
     held = [names.index(labels[row]) for row in rows]
     joints = program.joints2[rows]
-    data = _data(program, names, joints, T[rows, :3, 3], T[rows, :3, :3], posture(program.cell.arm2, joints))
+    targets = _targets(names, T[rows, :3, 3], T[rows, :3, :3], posture(program.cell.arm2, joints))
+    data = _data(program, joints, targets)
     return data, [
         "$TOOL=PART_HELD",
         f"PTP {START}",
@@ -115,24 +117,20 @@ def _move(step: CoordinatedStep, names: list[str], mm_s: float) -> str:
     return f"{to} {how_fast}{'' if step.stops else ' C_SPL'}"
 
 
-def _data(
-    program: CoordinatedProgram,
-    names: list[str],
-    joints: FloatArray,
-    p: FloatArray,
-    R: FloatArray,
-    forms: Posture,
-    *,
-    first: int = 0,
-) -> list[str]:
-    """Declare where the part is held, where the robot begins, and its targets from the row `first` on.
+def _targets(names: list[str], p: FloatArray, R: FloatArray, forms: Posture) -> list[str]:
+    """Declare targets.
 
     S and T are left out where they are not known: SLIN and SCIRC ignore both, and go on from axes.
     """
     known = forms_of([forms])
     values = aggregates(p, R, None if known is None else known[0])
+    return [f"DECL E6POS {name}={value}" for name, value in zip(names, values, strict=True)]
+
+
+def _data(program: CoordinatedProgram, joints: FloatArray, targets: list[str]) -> list[str]:
+    """Declare where the part is held, where the robot begins, and its targets."""
     return [
         f"DECL FRAME PART_HELD={krl_frame_text(krl_frame(program.cell.T_part))}",
         f"DECL E6AXIS {START}={axes_text(joints[0])}",
-        *(f"DECL E6POS {name}={value}" for name, value in list(zip(names, values, strict=True))[first:]),
+        *targets,
     ]

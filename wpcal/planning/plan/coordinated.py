@@ -199,8 +199,9 @@ def coordinate_run(
     """
     reason = ""
     for attempt in ATTEMPTS:
+        part = HolderPath(cell, run.plan.s_mm, run.plan.q[:, JOINTS:], path.p, holder, attempt.holder)
         try:
-            found = _coordinated(run, cell, path, holder, attempt, tolerance or PathTolerance(), arcs=arcs)
+            found = _coordinated(run, path, part, tolerance or PathTolerance(), attempt.spin_is_free, arcs=arcs)
         except GeometryError as error:
             reason = str(error)
             continue
@@ -211,17 +212,9 @@ def coordinate_run(
 
 
 def _coordinated(
-    run: CellRun,
-    cell: Cell,
-    path: SeamPath,
-    holder: HolderMove,
-    attempt: _Attempt,
-    tolerance: PathTolerance,
-    *,
-    arcs: bool,
+    run: CellRun, path: SeamPath, part: HolderPath, tolerance: PathTolerance, spin_is_free: bool, *, arcs: bool
 ) -> CoordinatedRun:
-    plan = run.plan
-    part = HolderPath(cell, plan.s_mm, plan.q[:, JOINTS:], path.p, holder, attempt.holder)
+    plan, cell = run.plan, part.cell
     T = cell.tool_in_part(plan.q)
     moves = fit_moves(
         T[:, :3, 3],
@@ -229,7 +222,7 @@ def _coordinated(
         s_mm=plan.s_mm,
         headings=path.R[:, :, 0],
         tolerance=tolerance,
-        spin_is_free=attempt.spin_is_free,
+        spin_is_free=spin_is_free,
         arcs=arcs,
         also=part.is_near,
     )
@@ -252,7 +245,7 @@ def _coordinated(
         run=run,
         cell=cell,
         moves=moves,
-        holder=holder,
+        holder=part.kind,
         joints1=frozen(joints1[places.stated]),
         joints2=frozen(joints2[places.stated]),
         approach=before[0] if len(before) else None,

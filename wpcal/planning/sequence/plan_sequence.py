@@ -166,7 +166,8 @@ def plan_sequence(
     smoother = _Smoother()
     orders = {each: _order(cell, stretches, targets, each, ()) for each in SequencePreference}
     values = {each: _values(cell, stretches, targets, order, smoother.of(each)) for each, order in orders.items()}
-    sequence = _worked_out(search, stretches, unwelded, orders[prefer], prefer, smoother.of(prefer), progress)
+    work = _Work(search, stretches, smoother.of(prefer), progress)
+    sequence = _worked_out(work, unwelded, orders[prefer], prefer)
     sequence = replace(sequence, cell=given)  # with the limits of the arm itself
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
 
@@ -269,7 +270,8 @@ class _Work:
     """Works out orders: pieces and moves are found once, and what is not free is not taken again."""
 
     def __init__(self, search: SeamSearch, stretches: list[_Ways], smooth: Smooth, progress: Progress) -> None:
-        self.cell, self.stretches, self.smooth, self.progress = search.cell, stretches, smooth, progress
+        self.search, self.cell, self.stretches = search, search.cell, stretches
+        self.smooth, self.progress = smooth, progress
         self.planner = AirPlanner(search.cell, search.air, search.targets.seed)
         self.pieces: dict[tuple[int, int], WeldPiece] = {}
         self.air: dict[Move, AirPath] = {}
@@ -294,6 +296,10 @@ class _Work:
                 return key, str(error)
         return None
 
+    def on(self, stretches: list[_Ways]) -> _Work:
+        """Return new work on other stretches."""
+        return _Work(self.search, stretches, self.smooth, self.progress)
+
     def _piece(self, ways: _Ways, number: int) -> WeldPiece | str:
         """Return a way with approach and retract: smoothed, or as it was found; or why it cannot be welded."""
         search, why = ways.search, ""
@@ -317,21 +323,12 @@ def _moves(order: Order) -> list[Move]:
     return [(*a, *b) for a, b in zip([(-1, 0), *stops], [*stops, (-1, 0)], strict=True)]
 
 
-def _worked_out(
-    search: SeamSearch,
-    stretches: list[_Ways],
-    unwelded: list[Unwelded],
-    order: Order,
-    prefer: SequencePreference,
-    smooth: Smooth,
-    progress: Progress,
-) -> WeldSequence:
+def _worked_out(work: _Work, unwelded: list[Unwelded], order: Order, prefer: SequencePreference) -> WeldSequence:
     """Return a sequence with all its moves.
 
     Where a piece or a move is not free, another order is tried, and at last the stretch is left out by name.
     """
-    cell, targets = search.cell, search.targets
-    work = _Work(search, stretches, smooth, progress)
+    cell, targets, stretches = work.cell, work.search.targets, work.stretches
     while (failed := work.blocks(order)) is not None:
         key, why = failed
         work.blocked.append(key)
@@ -343,13 +340,13 @@ def _worked_out(
             if not stretches:
                 raise GeometryError(f"no seam can be welded: {unwelded[-1].describe()}")
             order = _order(cell, stretches, targets, prefer, ())
-            return _worked_out(search, stretches, unwelded, order, prefer, smooth, progress)
+            return _worked_out(work.on(stretches), unwelded, order, prefer)
     chosen = [work.pieces[at] for at in zip(order.stops, order.ways, strict=True)]
     air = tuple(work.air[key] for key in _moves(order))
     moving = sum(float(air_seconds(cell, path.q).sum()) for path in air)
     moving += sum(_wire_seconds(cell, targets, piece) for piece in chosen)
     values = sequence_values(cell, targets, [piece.candidate for piece in chosen], moving)
-    progress("ways between home and each seam")
+    work.progress("ways between home and each seam")
     found = work.planner.ways_from_home(np.array([piece.states[row] for row in (0, -1) for piece in chosen]))
     n = len(chosen)
     alone = tuple(Way(there, back[::-1]) for there, back in zip(found[:n], found[n:], strict=True))

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.optim.genetic import GeneticOptions, GeneticResult, solve_genetic
-from wpcal.optim.tabu import TabuOptions, TabuResult, solve_tabu
+from wpcal.optim.genetic import GeneticResult, solve_genetic
+from wpcal.optim.tabu import TabuResult, solve_tabu
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, Parameter
+from wpcal.robot.identify.pose_residuals import Prior
 from wpcal.robot.kinematics.forward import LINK_SYMBOLS, start_frames, walk
 
 ANGLE_LENGTH_MM = 1000.0
@@ -86,21 +87,18 @@ class GeneticTabuFit:
 
 
 def solve_genetic_tabu(
-    start: KinematicModel,
-    parameters: Sequence[Parameter],
+    prior: Prior,
     theta: FloatArray,
     observations: PoseObservations,
     *,
     rng: np.random.Generator,
     expected_mm: float = EXPECTED_MM,
     expected_rad: float = EXPECTED_RAD,
-    genetic: GeneticOptions | None = None,
-    tabu: TabuOptions | None = None,
 ) -> GeneticTabuFit:
     """Identify link parameters by a genetic algorithm and tabu search. `theta`: ndarray, shape (N, n)."""
-    fitness = PoseFitness(start, parameters, theta, observations)
-    width = BOUND_FACTOR * np.where([p.is_length for p in parameters], expected_mm, expected_rad)
-    first = solve_genetic(fitness, -width, width, rng=rng, options=genetic)
-    second = solve_tabu(fitness, first.state, -width, width, rng=rng, options=tabu)
-    kept = tuple(parameters)
-    return GeneticTabuFit(start.moved(kept, second.state), kept, second.state, first, second)
+    kept = prior.parameters
+    fitness = PoseFitness(prior.start, kept, theta, observations)
+    width = BOUND_FACTOR * np.where([p.is_length for p in kept], expected_mm, expected_rad)
+    first = solve_genetic(fitness, -width, width, rng=rng)
+    second = solve_tabu(fitness, first.state, -width, width, rng=rng)
+    return GeneticTabuFit(prior.start.moved(kept, second.state), kept, second.state, first, second)

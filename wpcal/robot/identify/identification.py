@@ -35,7 +35,7 @@ from wpcal.robot.identify.outliers import (
     without_rows,
 )
 from wpcal.robot.identify.parameters import Group, KinematicModel, Parameter, last_link_first, surrounding_parameters
-from wpcal.robot.identify.pose_residuals import pose_errors
+from wpcal.robot.identify.pose_residuals import Prior, pose_errors
 from wpcal.robot.identify.registration import register
 from wpcal.robot.identify.whole_range import WholeRange, predict_whole_range
 from wpcal.robot.kinematics.arm import Arm
@@ -287,16 +287,9 @@ class _Task:
         """Genetic algorithm and tabu search, assessed by least squares at their result."""
         o = self.options
         kept, unseen = split_determined(nominal, links, theta, seen)
-        search = solve_genetic_tabu(
-            nominal,
-            kept,
-            theta,
-            seen,
-            rng=np.random.default_rng(o.seed),
-            expected_mm=o.expected_mm,
-            expected_rad=o.expected_rad,
-        )
-        fit = assess(nominal, search.model, kept, theta, seen, unseen=unseen, noise=o.noise)
+        prior, rng = Prior.of(nominal, kept, None), np.random.default_rng(o.seed)
+        search = solve_genetic_tabu(prior, theta, seen, rng=rng, expected_mm=o.expected_mm, expected_rad=o.expected_rad)
+        fit = assess(prior, search.model, theta, seen, unseen=unseen, noise=o.noise)
         return _Fitted(fit, search, nominal, seen.weights)
 
     def errors(self, model: KinematicModel, rows: IntArray) -> FloatArray:

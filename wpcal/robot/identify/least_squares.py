@@ -126,13 +126,12 @@ def solve_least_squares(
         iterations += fit.iterations
         if abs(np.log(ratio)) < NOISE_SETTLED:
             break
-    return _finish(fit, start, unseen, iterations, observations)
+    return _finish(fit, unseen, iterations, observations)
 
 
 def assess(
-    start: KinematicModel,
+    prior: Prior,
     model: KinematicModel,
-    parameters: tuple[Parameter, ...],
     theta: FloatArray,
     observations: PoseObservations,
     *,
@@ -143,11 +142,10 @@ def assess(
 
     `theta`: shape (N, n). Model angles of the rows, rad.
     """
-    prior = Prior.of(start, parameters, None)
     found = evaluate(model, prior, theta, observations, noise or TRACKER)
     if noise is None:
         found = evaluate(model, prior, theta, observations, estimate_noise(found, observations))
-    return _finish(found, start, unseen, 0, observations)
+    return _finish(found, unseen, 0, observations)
 
 
 def absorbed_errors(
@@ -211,7 +209,7 @@ def clustered_covariance(
 
 
 def _finish(
-    fit: Minimum, start: KinematicModel, unseen: tuple[Unseen, ...], iterations: int, observations: PoseObservations
+    fit: Minimum, unseen: tuple[Unseen, ...], iterations: int, observations: PoseObservations
 ) -> LeastSquaresFit:
     _, upper, norms = fit.prior.split(fit.J)
     half = np.linalg.inv(upper) / norms[:, None]
@@ -222,7 +220,7 @@ def _finish(
     return LeastSquaresFit(
         model=fit.model,
         parameters=fit.prior.parameters,
-        steps=model_difference(fit.prior.parameters, start, fit.model),
+        steps=model_difference(fit.prior.parameters, fit.prior.start, fit.model),
         covariance=covariance,
         unseen=unseen,
         condition=float(singular[0] / singular[-1]),

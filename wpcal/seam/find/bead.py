@@ -74,7 +74,7 @@ def _meet(graph: BrepGraph, sides: tuple[int, int], p0: FloatArray, slope: Float
     """Return where two surfaces meet across the points p0 (n, 3) of an edge, or None where they do not."""
     x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
     first, second = (np.full(len(p0), side) for side in sides)
-    p = meet_surfaces(graph, first, second, p0, x, least_sin=LEAST_TURN_SIN)
+    p = meet_surfaces(graph, np.stack([first, second]), p0, x, least_sin=LEAST_TURN_SIN)
     return p if np.linalg.norm(p - p0, axis=1).max() <= 2.0 * WIDEST_MM else None
 
 

@@ -143,7 +143,7 @@ def ball_centres(graph: BrepGraph, pairs: FacePairs, roots: Roots, ball_mm: Floa
     """
     up, out = _in_section(graph, pairs, roots, ball_mm)
     p0 = roots.centre + up[:, None] * roots.m + out[:, None] * roots.t
-    p = meet_surfaces(graph, pairs.pipe, pairs.other, p0, roots.x, height_mm=ball_mm, least_sin=LEAST_SIN)
+    p = meet_surfaces(graph, np.stack([pairs.pipe, pairs.other]), p0, roots.x, height_mm=ball_mm, least_sin=LEAST_SIN)
     beside = np.einsum("ki,ki->k", p - roots.centre, roots.t) > 0
     p[~beside] = np.nan
     return p

@@ -137,7 +137,7 @@ class _Corners:
         n1, n2 = project_to_faces(graph, side[:, 0], p).normal, project_to_faces(graph, side[:, 1], q).normal
         foot = project_to_faces(graph, np.array([strip.face for strip in strips], dtype=np.int64), (p + q) / 2)
         x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
-        root = meet_surfaces(graph, side[:, 0], side[:, 1], p, x, least_sin=LEAST_TURN_SIN)
+        root = meet_surfaces(graph, side.T, p, x, least_sin=LEAST_TURN_SIN)
         return cls(graph, strips, p, q, n1, n2, foot.p, foot.normal, root)
 
     def are_strips(self) -> BoolArray:

@@ -52,7 +52,7 @@ def _mouths(
     least = np.minimum(np.linalg.norm(project_to_faces(graph, first, c).p - c, axis=1), most)
     for share in np.linspace(0.0, 1.0, MOUTH_STEPS + 1)[1:]:  # the ball grows, so that it stays between the two faces
         height = least ** (1.0 - share) * most**share
-        c = meet_surfaces(graph, first, second, c, x[rows], height_mm=height, least_sin=OPPOSED_LENGTH)
+        c = meet_surfaces(graph, np.stack([first, second]), c, x[rows], height_mm=height, least_sin=OPPOSED_LENGTH)
         c = np.where(np.isfinite(c), c, p[rows])
     found[rows] = np.linalg.norm(c - p[rows], axis=1) > OPPOSED_LENGTH
     at[found] = c[found[rows]]

@@ -108,11 +108,13 @@ class StillSeams:
         moved = met + np.einsum("nij,nj->ni", turn, p - met_still)
         angle = np.arccos(np.clip(np.einsum("ni,ni->n", *n_now), -1.0, 1.0))
         frames = SeamFrames(self.frames.s_mm, moved, turn @ self.frames.R, angle, self.frames.frame)
-        columns = (*self.bodies, *n_now, x_each[0], is_met, _gaps(graph, self.edge_mm, now))
-        return [
-            _of_seam(seam, self.piece[own], frames.rows(own.start, own.stop), *(column[own] for column in columns))
-            for seam, own in zip(self.seams, self._own_frames(), strict=True)
-        ]
+        gap = _gaps(graph, self.edge_mm, now)
+        columns = (*self.bodies, *n_now, x_each[0], is_met, gap)
+        found = []
+        for seam, own in zip(self.seams, self._own_frames(), strict=True):
+            moved_seam = _with_frames(seam, frames.rows(own.start, own.stop), self.piece[own], gap[own])
+            found.append(MovedSeam(moved_seam, *(column[own] for column in columns)))
+        return found
 
     def _own_frames(self) -> list[slice]:
         return [slice(*ends) for ends in zip(self.start[:-1].tolist(), self.start[1:].tolist(), strict=True)]
@@ -133,23 +135,11 @@ def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, mo
     return StillSeams.of(graph, seams, face_body).moved(moves) if seams else []
 
 
-def _of_seam(
-    seam: Seam,
-    piece: IntArray,
-    frames: SeamFrames,
-    wall_body: IntArray,
-    base_body: IntArray,
-    n_wall: FloatArray,
-    n_base: FloatArray,
-    x_wall: FloatArray,
-    is_met: BoolArray,
-    gap: FloatArray,
-) -> MovedSeam:
-    """Return one seam from its moved frames, whose lengths are still those of the model."""
+def _with_frames(seam: Seam, frames: SeamFrames, piece: IntArray, gap: FloatArray) -> Seam:
+    """Return one seam with its moved frames, whose lengths are still those of the model."""
     frames = replace(frames, s_mm=_lengths(seam.frames, frames.p))
     pieces = replace(seam.pieces, gap_mm=_gaps_of_pieces(piece, gap, len(seam.pieces)))
-    own = replace(seam, frames=frames, pieces=pieces, length_mm=float(frames.s_mm[-1]))
-    return MovedSeam(own, wall_body, base_body, n_wall, n_base, x_wall, is_met, gap)
+    return replace(seam, frames=frames, pieces=pieces, length_mm=float(frames.s_mm[-1]))
 
 
 def _lengths(frames: SeamFrames, moved: FloatArray) -> FloatArray:
