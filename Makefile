@@ -91,7 +91,7 @@ shots: $(VENV)/ready ## photograph the pages and the FreeCAD workbench for docs/
 $(VENV)/ready: pyproject.toml .ci/system-libraries
 	sh .ci/system-libraries
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --editable ".[dev]"
 	touch $@
 
 clean:

@@ -20,6 +20,7 @@ from tests.lint.skips import unexpected_skips
 from tests.record_checks import checked_to_json
 from tests.running import kernel_work_here
 from wpcal.core import records
+from wpcal.core.collector import collect_rarely
 
 # A shell's background job ignores Ctrl-C, and so would the commands that the tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -64,6 +65,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collection_finish() -> None:
     gc.freeze()
     gc.enable()
+    collect_rarely()
 
 
 def pytest_unconfigure() -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ LENGTH_SHARE = 0.01
 """A whole loop has the expected length within this share: the list gives it to a tenth of a millimetre."""
 
 
+@cache
 def seams_of(folder: Path, stem: str) -> tuple[Seam, ...]:
     judging = Judging(level=Level.GENEROUS if stem in BOLTED else Level.USUAL)
     return find_seams(open_workpiece(folder / f"{stem}{PARTS[stem]}"), SeamOptions(judging=judging))[0]
