@@ -92,6 +92,14 @@ def test_a_lug_that_is_too_thick_for_a_plate_is_welded_to_slender_members() -> N
     assert around == {"lug": pytest.approx(2 * 135.0), "block": 0}
 
 
+@pytest.mark.parametrize(("play", "welds"), [(0.0, 2), (0.2, 2), (0.8, 0)])
+def test_members_of_one_body_are_welded_over_the_play_between_them(play: float, welds: int) -> None:
+    rib = Pos(6 + play, -3, 8) * Box(90 - play, 6, 70, align=Align.MIN)
+    bracket = Box(200, 200, 8, align=ALONG) + Pos(0, 0, 8) * Box(12, 160, 100, align=ALONG) + rib
+    upright = [seam for seam in fused_seams(bracket) if seam.accepted and abs(seam.frames.R[0, 2, 0]) > 0.99]
+    assert [round(seam.length_mm) for seam in upright] == [70] * welds
+
+
 @pytest.mark.parametrize("off", [0.0, 3.0], ids=["bent", "bevelled"])
 def test_a_bent_or_bevelled_shell_is_a_member_beside_plates(off: float) -> None:
     shell = Cylinder(215, 500) - Pos(off, 0, 0) * Cylinder(200, 600) - Pos(-300, 0, 0) * Box(600, 600, 600)

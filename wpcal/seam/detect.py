@@ -25,7 +25,7 @@ from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
-from wpcal.seam.find.root_gaps import find_root_gaps
+from wpcal.seam.find.root_gaps import find_root_gaps, find_slits
 from wpcal.seam.find.strips import drawn_beads, find_strips
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
@@ -222,4 +222,8 @@ def _inside_solids(
     if marked is not None:
         mitres = mitres.select(np.flatnonzero(~np.isin(mitres.pieces.edge, marked.edge)))
         left_out = np.union1d(left_out, marked.edge)
-    return concave.select(np.flatnonzero(own & ~np.isin(concave.pieces.edge, left_out))), mitres
+    slits = find_slits(graph, trimmed, searched, gap_mm=gap_mm)
+    slits = slits.select(np.flatnonzero(~np.isin(slits.pieces.edge, np.union1d(left_out, concave.pieces.edge))))
+    concave = concave.select(np.flatnonzero(own & ~np.isin(concave.pieces.edge, left_out)))
+    pieces = SeamPieces.joined([concave.pieces, slits.pieces])
+    return JoinedPieces(pieces, concave.joint + slits.joint, concave.weld + slits.weld), mitres

@@ -38,16 +38,21 @@ class FacingFaces:
         return FacingFaces(self.first[rows], self.second[rows], self.gap_mm[rows], self.share[rows])
 
 
-def find_facing(graph: BrepGraph, trimmed: TrimmedFaces, *, most_mm: float) -> FacingFaces:
+def find_facing(
+    graph: BrepGraph, trimmed: TrimmedFaces, *, most_mm: float, within: BoolArray | None = None
+) -> FacingFaces:
     """Find the planes and cylinders that face another solid at a constant distance of at most `most_mm`.
+
+    `within`: shape (S,). Instead, those that face another face of their own solid, of these solids.
 
     Returns FacingFaces. Gaps below `FLUSH_MM` are left out: those faces touch.
     """
     low, high = trimmed.face_box
-    even = np.flatnonzero(np.isin(graph.face_kind, (SurfaceKind.PLANE, SurfaceKind.CYLINDER)))
+    is_even = np.isin(graph.face_kind, (SurfaceKind.PLANE, SurfaceKind.CYLINDER))
+    even = np.flatnonzero(is_even if within is None else is_even & within[graph.face_solid])
     row, second = trimmed.box_tree.meeting(low[even] - most_mm, high[even] + most_mm)
     first = even[row]
-    pairs = (first < second) & (graph.face_solid[first] != graph.face_solid[second])
+    pairs = (first < second) & ((graph.face_solid[first] == graph.face_solid[second]) == (within is not None))
     pairs &= graph.face_kind[first] == graph.face_kind[second]
     first, second = first[pairs], second[pairs]
     axes = np.einsum("ki,ki->k", graph.face_frame[first, 3], graph.face_frame[second, 3])

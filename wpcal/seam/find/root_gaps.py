@@ -47,6 +47,16 @@ def find_root_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
     return without_duplicates(graph, joined, gap_mm=MOST_ROOT_MM / NEAR_GAPS)
 
 
+def find_slits(graph: BrepGraph, trimmed: TrimmedFaces, solids: BoolArray, *, gap_mm: float) -> JoinedPieces:
+    """Find the joints at narrow slits inside solids: members that were drawn as one body keep the play between them.
+
+    `solids`: shape (S,). Which solids are searched.
+    """
+    slits = find_facing(graph, trimmed, most_mm=gap_mm, within=solids)
+    contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=_pairs(graph, slits))
+    return without_duplicates(graph, join_contacts(graph, trimmed, contacts, gap_mm=gap_mm), gap_mm=gap_mm)
+
+
 def _facing_ends(graph: BrepGraph, trimmed: TrimmedFaces, above_mm: float) -> FacingFaces:
     """Return the pairs of narrow planes of one width that lie opposite each other."""
     facing = find_facing(graph, trimmed, most_mm=MOST_ROOT_MM)
@@ -90,19 +100,18 @@ def _is_filled(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces) -> Bo
 
 def _at_gap(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces, gap_mm: float) -> JoinedPieces:
     """Return the butt joints between ends that have one gap."""
-    edge, face = (np.concatenate(own) for own in zip(*_pairs(graph, ends), strict=True))
-    contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
+    contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=_pairs(graph, ends))
     joined = join_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
     bevelled = _bevelled_faces(graph)
     in_groove = np.isin(joined.pieces.wall, bevelled) | np.isin(joined.pieces.base, bevelled)
     return joined.select(np.flatnonzero(in_groove | [word is JointType.BUTT for word in joined.joint]))
 
 
-def _pairs(graph: BrepGraph, ends: FacingFaces) -> list[tuple[IntArray, IntArray]]:
+def _pairs(graph: BrepGraph, ends: FacingFaces) -> tuple[IntArray, IntArray]:
     """Return the edges of each end with the other one."""
-    found = []
+    edges, faces = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for a, b in zip(ends.first.tolist(), ends.second.tolist(), strict=True):
         for own, other in ((a, b), (b, a)):
-            edges = np.flatnonzero((graph.edge_faces == own).any(axis=1) & ~graph.is_seam_edge)
-            found.append((edges, np.full(len(edges), other)))
-    return found
+            edges.append(np.flatnonzero((graph.edge_faces == own).any(axis=1) & ~graph.is_seam_edge))
+            faces.append(np.full(len(edges[-1]), other))
+    return np.concatenate(edges), np.concatenate(faces)
