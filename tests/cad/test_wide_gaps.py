@@ -12,7 +12,10 @@ from cad.kernel.to_brep import to_brep
 from tests.few import few
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.find.facing import find_facing
+from wpcal.seam.find.root_gaps import _at_gap
 from wpcal.seam.limits import usual_gap_mm
 
 UP = (0.0, 0.0, 1.0)
@@ -103,6 +106,12 @@ def test_the_root_of_a_prepared_groove_may_be_as_wide_apart_as_its_faces(gap: fl
     other = Pos(-50 - gap / 2, 6, 100) * Box(100, 12, 200) if half else mirror(plate, Plane.YZ)
     plates = [(name, shape.solid().wrapped) for name, shape in (("a", plate), ("b", other))]
     assert len([seam for seam in detect_seams(to_brep(plates)) if seam.accepted]) == welds
+
+
+def test_ends_out_of_reach_of_each_other_are_no_joint() -> None:
+    graph = butt(1.8)
+    trimmed = TrimmedFaces.of(graph)
+    assert len(_at_gap(graph, trimmed, find_facing(graph, trimmed, most_mm=3.0), 0.1).pieces) == 0
 
 
 @pytest.mark.parametrize("play", [0.3, 0.7])

@@ -99,11 +99,7 @@ def column(rng: Rng) -> list[Any]:
     members = [foot, body]
     if rng.random() < 0.5:
         g, s, tg = edge - 4, float(rng.choice([0, 8, 12])), float(rng.choice([5, 6, 8]))
-        outline = (
-            [(s, 0), (g, 0), (g, 6), (6, 1.5 * g), (0, 1.5 * g), (0, s)]
-            if s
-            else [(0, 0), (g, 0), (g, 6), (6, 1.5 * g), (0, 1.5 * g)]
-        )
+        outline = [(s, 0), (g, 0), (g, 6), (6, 1.5 * g), (0, 1.5 * g), (0, s)][: 6 if s else 5]
         members.append(prism(outline, tg, b.Plane(origin=(w / 2 + tg / 2, 0, 0), x_dir=(0, -1, 0), z_dir=(-1, 0, 0))))
     return members
 
@@ -166,17 +162,9 @@ def bracket(rng: Rng) -> list[Any]:
     members, reach = [base, upright], d * 0.7 - u - 8
     for i in range(int(rng.integers(0, 4))):
         g, s = float(rng.choice([5, 6, 8])), float(rng.choice([0, 10, 15]))
-        outline = [(s, 0), (reach, 0), (reach, 8), (8, h * 0.7), (0, h * 0.7), (0, s)][0 if s else 1 :]
-        outline = outline if s else [(0, 0), *outline[:-1]]
-        members.append(
-            prism(
-                outline,
-                g,
-                b.Plane(
-                    origin=(22 + g + i * (w - 44 - g) / 3, d * 0.3 + u, 0), x_dir=(0, 1, 0), z_dir=(-1, 0, 0)
-                ).shift_origin((22 + g + i * (w - 44 - g) / 3, d * 0.3 + u, 0)),
-            )
-        )
+        outline = [(s, 0), (reach, 0), (reach, 8), (8, h * 0.7), (0, h * 0.7), (0, s)][: 6 if s else 5]
+        at = (22 + g + i * (w - 44 - g) / 3, d * 0.3 + u, 0)
+        members.append(prism(outline, g, b.Plane(origin=at, x_dir=(0, 1, 0), z_dir=(-1, 0, 0))))
     return members
 
 

@@ -63,11 +63,10 @@ def _facing_ends(graph: BrepGraph, trimmed: TrimmedFaces, above_mm: float) -> Fa
     width = np.stack([widths_mm(trimmed, face) for face in (facing.first, facing.second)])
     fits = (graph.face_kind[facing.first] == SurfaceKind.PLANE) & (facing.gap_mm > above_mm)
     fits &= (facing.share >= LEAST_OPPOSITE) & (width.max(axis=0) <= MOST_END_MM)
-    narrower = np.where(width[0] <= width[1], facing.first, facing.second)
-    alike = (width.max(axis=0) <= SAME_WIDTH * width.min(axis=0)) & (
-        facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)
-    )
-    fits &= np.isin(narrower, _bevelled_faces(graph)) | alike
+    same = width.max(axis=0) <= SAME_WIDTH * width.min(axis=0)
+    bevelled = np.isin(np.stack([facing.first, facing.second]), _bevelled_faces(graph))
+    narrower = np.where(width[0] <= width[1], bevelled[0], bevelled[1])  # before a square end, in a half V
+    fits &= np.where(same, (facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)) | bevelled.all(axis=0), narrower)
     ends = facing.select(fits)
     return ends.select(~_is_filled(graph, trimmed, ends))
 
@@ -102,9 +101,9 @@ def _at_gap(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces, gap_mm: 
     """Return the butt joints between ends that have one gap."""
     contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=_pairs(graph, ends))
     joined = join_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
-    bevelled = _bevelled_faces(graph)
-    in_groove = np.isin(joined.pieces.wall, bevelled) | np.isin(joined.pieces.base, bevelled)
-    return joined.select(np.flatnonzero(in_groove | [word is JointType.BUTT for word in joined.joint]))
+    sides, bevelled = np.stack([joined.pieces.wall, joined.pieces.base]), _bevelled_faces(graph)
+    is_butt = np.array([word is JointType.BUTT for word in joined.joint], dtype=bool)
+    return joined.select(np.flatnonzero(is_butt | np.isin(sides, bevelled).any(axis=0)))
 
 
 def _pairs(graph: BrepGraph, ends: FacingFaces) -> tuple[IntArray, IntArray]:
