@@ -1,8 +1,13 @@
-"""A command starts without the CAD kernel: the child process loads it."""
+"""The kernel is loaded late, and its system libraries are looked for first."""
 
 import subprocess
 import sys
 from importlib.metadata import entry_points
+
+import pytest
+
+from cad.work.system_libraries import libgl_explained
+from wpcal.core.errors import InputError
 
 IN_THE_PARENT = (
     "cad.work.host",
@@ -29,3 +34,13 @@ def test_no_command_loads_the_kernel_before_its_child_does():
         "    assert not {'OCP', 'build123d'} & set(sys.modules), name\n"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_a_missing_libgl_says_what_to_type() -> None:
+    with pytest.raises(InputError, match="sudo apt-get install libgl1"), libgl_explained():
+        raise ImportError("libGL.so.1: cannot open shared object file: No such file or directory")
+
+
+def test_any_other_failed_import_stays_what_it_is() -> None:
+    with pytest.raises(ImportError, match="nothing else"), libgl_explained():
+        raise ImportError("nothing else")

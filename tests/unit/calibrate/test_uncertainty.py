@@ -1,12 +1,23 @@
+"""None"""
+
 import numpy as np
 import pytest
 
 from tests.coverage_study import error_95, run_coverage_study
-from wpcal.calibrate import Criterion, TeachingError, calibrate
+from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
 from wpcal.calibrate.errors.linear_fit import isotropic_covariance
 from wpcal.calibrate.errors.of_bodies import joint_error
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.plane_touches import Planes
+from wpcal.calibrate.solve.least_squares import distances
+from wpcal.calibrate.solve.ties import break_ties, with_copies
+from wpcal.calibrate.solve.touches import Pose
+from wpcal.calibrate.trust.contradiction import find_contradicted, squares_of
+from wpcal.calibrate.trust.tool_offset import PosedRows, find_tool_offset
 from wpcal.core import InputError, PointPairs
-from wpcal.core.tangent import point_jacobian
+from wpcal.core.robot_space import RobotSpace
+from wpcal.core.tangent import exp_rotation, point_jacobian
+from wpcal.core.transform import RigidTransform
 
 SIGMA_MM = 0.3
 BODY = np.array([[1000, 0, 0], [1600, 0, 20], [1580, 400, 0], [1010, 390, 60], [1300, 200, 300.0]])
@@ -66,3 +77,90 @@ def test_a_blunder_makes_robust_the_best_criterion_and_a_quiet_set_least_squares
     comparison = calibrate(PointPairs(tuple("abcde"), BODY, real), teaching=TeachingError(sigma_mm=0.1)).criteria
     assert comparison.best is Criterion.ROBUST
     assert {row["criterion"] for row in comparison.rows} == {"minimax", "least_squares", "robust"}
+
+
+STICK_MM, OWN_MM, TRIALS = 0.5, 0.1, 40
+NORMALS = np.repeat(np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0]]), 3, axis=0)
+WIRE = -np.cos(0.6) * NORMALS + np.sin(0.6) * np.roll(NORMALS, 1, axis=1)
+SIDE = np.cross(WIRE, [0.3, 0.5, 0.8]) / np.linalg.norm(np.cross(WIRE, [0.3, 0.5, 0.8]), axis=1)[:, None]
+FRAMES = np.stack([SIDE, np.cross(WIRE, SIDE), WIRE], axis=2)
+NAMES = tuple(f"T{k}" for k in range(len(NORMALS)))
+
+
+def touched(rng: np.random.Generator, blunder_mm: float = 0.0) -> Touches:
+    """Touch three walls and a floor with a wire whose stick-out is wrong; the first touch may be a blunder."""
+    p = np.where(NORMALS != 0.0, 300.0 * (NORMALS > 0.0), rng.uniform(0.0, 300.0, NORMALS.shape))
+    q = p + WIRE * rng.normal(0.0, STICK_MM) + rng.normal(0.0, OWN_MM, p.shape)
+    q[0] += blunder_mm * NORMALS[0]
+    shared = STICK_MM * WIRE[:, :, None]
+    covariances = OWN_MM**2 * np.eye(3) + shared @ shared.swapaxes(1, 2)
+    planes = Planes(p, NORMALS)
+    rows = np.arange(len(p))
+    return Touches(NAMES, q, np.zeros(len(p)), planes, NAMES, covariances, RobotSpace.NOMINAL, rows, shared=shared)
+
+
+def at_rest(touches: Touches) -> Pose:
+    return Pose.of(touches, np.eye(3), np.zeros(3))
+
+
+def test_a_stick_out_within_its_stated_error_is_no_wrong_tool() -> None:
+    rng, alarms = np.random.default_rng(0), {False: 0, True: 0}
+    for _ in range(TRIALS):
+        touches = touched(rng)
+        pose, information, J = squares_of(touches, at_rest(touches), None)
+        fixed = (FRAMES.swapaxes(1, 2) @ touches.shared).mean(axis=0)
+        for is_stated in alarms:
+            stated = is_stated * fixed @ fixed.T
+            rows = PosedRows(pose.at.d, J, pose.at.A @ FRAMES, information, len(NAMES), True, stated)
+            alarms[is_stated] += find_tool_offset(rows) is not None
+    assert alarms[True] <= 1 < alarms[False]
+
+
+@pytest.mark.parametrize(("blunder_mm", "least", "most"), [(0.0, 0, 2), (1.0, 32, TRIALS)])
+def test_a_wrong_touch_is_named_beside_an_error_that_all_share(blunder_mm: float, least: int, most: int) -> None:
+    rng = np.random.default_rng(1)
+    trials = (touched(rng, blunder_mm) for _ in range(TRIALS))
+    found = [find_contradicted(touches, at_rest(touches), None) for touches in trials]
+    assert least <= sum(each is not None and each.names == ("T0",) for each in found) <= most
+    assert sum(each is not None and "T0" not in each.names for each in found) <= 3
+
+
+ROUND_OFF_MM = 1e-9
+
+
+@pytest.mark.parametrize(("share", "turns_back"), [(1e-9, True), (1e-3, False)])
+def test_a_point_carries_a_minimax_fit_from_a_share_of_a_millionth_on(share, turns_back):
+    p = np.array([[-100.0, 0, 0], [100, 0, 0], [0, 50, 0]])
+    q = p + np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0, 0]])
+    turned = exp_rotation(np.array([0.005, 0, 0]))
+    R, t = break_ties(p[None], q[None], turned[None], np.zeros((1, 3)), np.array([[0.5, 0.5, share]]))
+    np.testing.assert_allclose(R[0], np.eye(3) if turns_back else turned, rtol=0, atol=ROUND_OFF_MM)
+    np.testing.assert_allclose(t[0], 0.0, rtol=0, atol=ROUND_OFF_MM)
+
+
+@pytest.mark.parametrize("heavy", range(3))
+def test_a_weighted_fit_with_a_free_rotation_reaches_its_bound(heavy):
+    """The point reflection of six points leaves open an axis of the half turn, across the heaviest pair."""
+    six = 100.0 * np.vstack([np.eye(3), -np.eye(3)]) + [7.0, -3.0, 20.0]
+    p, q = np.vstack([six, [[1000.0, 0, 0]]]), np.vstack([-six, [[0, 1000.0, 500.0]]])
+    pairs, w = (
+        PointPairs(tuple("abcdefg"), p, q),
+        np.concatenate([np.tile(1.0 + 2.0 * np.eye(3)[heavy], 2), [0.0]]) / 10.0,
+    )
+    about_heavy = RigidTransform(2.0 * np.outer(*2 * [np.eye(3)[heavy]]) - np.eye(3), np.zeros(3), "base", "part")
+    T = fit_least_squares(pairs, w, nominal=about_heavy)
+    reached = np.sqrt(w @ distances(p, q, T.R, T.t_mm) ** 2)
+    assert reached == pytest.approx(np.sqrt(0.8) * 100.0, rel=0, abs=ROUND_OFF_MM)
+
+
+def test_every_copy_of_a_fit_has_its_distances():
+    rng = np.random.default_rng(2)
+    p = rng.normal(size=(5, 3)) * [300, 200, 100]
+    p -= p.mean(axis=0)
+    q = p[[1, 0, 2, 3, 4]]
+    R, t = exp_rotation(np.array([0.1, -0.2, 0.3])), np.array([10.0, -20.0, 30.0])
+    turns, shifts = with_copies(p, q, R[None], t[None])
+    assert len(turns) == 2
+    expected = np.sort(distances(p, q, R, t))
+    for turn, shift in zip(turns, shifts, strict=True):
+        np.testing.assert_allclose(np.sort(distances(p, q, turn, shift)), expected, rtol=0, atol=1e-7)

@@ -1,9 +1,12 @@
-"""An option takes numbers only, by the rule of all input."""
+"""Values of options: numbers, and the options of a part."""
 
 import pytest
 
 from tests.running import run_here
 from wpcal.cli.number_options import with_strict_numbers
+from wpcal.cli.option_groups import command, takes
+from wpcal.core.errors import InputError
+from wpcal.seam import SeamOptions
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "1e400", "2e9", "81_2", "１２", "true", ""])
@@ -37,3 +40,31 @@ def test_help_and_ranges_stay() -> None:
         with pytest.raises(click.BadParameter, match=says):
             strict.make_context("command", ["--part", text])
     assert strict.make_context("command", ["--part", "0.25"]).params == {"part": 0.25}
+
+
+def read(*words: str) -> SeamOptions:
+    found: list[SeamOptions] = []
+    command()(takes("value", SeamOptions)(lambda **given: found.append(given["value"]))).main(
+        list(words), standalone_mode=False
+    )
+    return found[0]
+
+
+def test_the_defaults_are_those_of_the_library():
+    assert read() == SeamOptions()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--turn-deg", "0"], "--turn-deg must be above 0"),
+        (["--gap-mm=-1"], "--gap-mm must be positive"),
+        (["--split-deg", "200"], "--split-deg must be between 0 and 180"),
+        (["--min-length-mm=-1"], "min_length_mm must be 0 or more"),
+        (["--strict", "--generous"], "--strict and --generous exclude each other"),
+        (["--work-range-deg", "1,2,3"], "--work-range-deg: expected FROM,TO in degrees, got '1,2,3'"),
+    ],
+)
+def test_values_without_meaning_are_refused(words, says):
+    with pytest.raises(InputError, match=says):
+        read(*words)
