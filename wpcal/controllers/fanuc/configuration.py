@@ -21,8 +21,6 @@ import numpy as np
 from wpcal.controllers.language.jobs import refuse_first
 from wpcal.robot.kinematics.inverse import Posture
 
-ONE_TURN_DEG = 180.0
-
 
 def config(posture: Posture) -> list[str]:
     """Return the CONFIG of every posture.
@@ -30,11 +28,9 @@ def config(posture: Posture) -> list[str]:
     Raises `InputError` when the wrist centre is behind axis 1, or joint 5 is beyond ±180°.
     """
     refuse_first(posture.is_behind, "the wrist is behind axis 1 (B), for which no public source defines U and D")
-    refuse_first(
-        np.abs(posture.degrees[:, 4]) > ONE_TURN_DEG, "joint 5 is beyond 180 deg, whose turns CONFIG does not state"
-    )
+    refuse_first(np.abs(posture.degrees[:, 4]) > 180.0, "joint 5 is beyond 180 deg: CONFIG has no turns of it")
     flips = np.sin(posture.joints[:, 4]) > 0.0
-    turns = np.rint(posture.degrees[:, [0, 3, 5]] / (2.0 * ONE_TURN_DEG)).astype(int).tolist()
+    turns = np.rint(posture.degrees[:, [0, 3, 5]] / 360.0).astype(int).tolist()
     return [
         f"{'F' if flip else 'N'} {'D' if down else 'U'} T, {', '.join(map(str, turn))}"
         for flip, down, turn in zip(flips.tolist(), posture.is_behind_lower_arm.tolist(), turns, strict=True)

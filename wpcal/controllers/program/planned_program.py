@@ -23,11 +23,10 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
-from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.weld_sequence import AIR_SHARE, Way
 from wpcal.robot.kinematics.inverse import TURN, own_branch
-from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
+from wpcal.robot.moves import PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import SeamFrames
 
@@ -165,13 +164,22 @@ def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput,
     T_part, T_tool = into @ cell.part_places(q), into @ cell.tool_places(q)
     R_seam = T_part[:, :3, :3] @ task.R
     p_seam = np.einsum("nij,nj->ni", T_part[:, :3, :3], task.p) + T_part[:, :3, 3]
-    is_woven = of.run is not None and of.run.is_woven
-    moves = None if is_woven or output.tolerance is None else _moves(T_tool, R_seam, task, output.tolerance, frame)
-    if moves is None:  # a line to every point of the seam file, or of a weave
-        own_point = task.is_source.copy()
+    moves = None
+    if output.tolerance is None or (of.run is not None and of.run.is_woven):
+        own_point = task.is_source.copy()  # a line to every point of the seam file, or of a weave
         own_point[[0, -1]] = True  # of a cut
         T, joints = T_tool[own_point], q[own_point]
     else:
+        moves = fit_moves(
+            T_tool[:, :3, 3],
+            T_tool[:, :3, :3],
+            s_mm=task.s_mm,
+            headings=R_seam[:, :, 0],
+            standoff_mm=task.more_wire_mm,
+            tolerance=output.tolerance,
+            arcs=frame.has_arcs,
+            spin_is_free=False,
+        )
         near = np.stack([np.interp(moves.s_mm, task.s_mm, column) for column in q.T], axis=1)
         T = poses(moves.R, moves.p)
         T_base = np.linalg.inv(cell.base_places(near)) @ frame.places(near)
@@ -198,19 +206,6 @@ def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput,
         run=of.run,
         external=external,
         speed_mm_s=piece.speed_mm_s(cell, plan.speed_mm_s) / (1.0 if of.run is None else of.run.speed_ratio),
-    )
-
-
-def _moves(T_tool: FloatArray, R_seam: FloatArray, task: SeamTask, tolerance: PathTolerance, frame: _Frame) -> MovePath:
-    return fit_moves(
-        T_tool[:, :3, 3],
-        T_tool[:, :3, :3],
-        s_mm=task.s_mm,
-        headings=R_seam[:, :, 0],
-        standoff_mm=task.more_wire_mm,
-        tolerance=tolerance,
-        arcs=frame.has_arcs,
-        spin_is_free=False,
     )
 
 

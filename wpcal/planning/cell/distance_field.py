@@ -96,20 +96,34 @@ HALVES = np.array(np.meshgrid(*((-0.25, 0.25),) * 3)).reshape(3, -1).T
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Level:
-    """Balls of one size; `parts` (m, 8) are rows of the next size, -1 where nothing of the hull is."""
+    """Balls around cubes of one size; `parts` (m, 8) are rows of the next size, -1 where nothing of the hull is."""
 
     centres: FloatArray
     inside_mm: FloatArray
     radius_mm: float
     parts: IntArray
 
+    @classmethod
+    def of(cls, centres: FloatArray, side_mm: float, planes: FloatArray, above: _Level | None = None) -> _Level:
+        """Return the balls around cubes with something of the hull; those of the size above learn their rows."""
+        radius = side_mm * math.sqrt(3.0) / 2
+        some = np.array_split(centres.T, math.ceil(len(centres) / CENTRES_AT_ONCE), axis=1)
+        inside = np.concatenate([-(product(planes[:, :3], x) + planes[:, 3:]).max(axis=0) for x in some])
+        near = inside >= -radius  # the cube around another centre has nothing of the hull
+        if above is not None:
+            above.parts[...] = np.where(near, np.cumsum(near) - 1, -1).reshape(-1, len(HALVES))
+        return cls(centres[near], inside[near], radius, np.full((np.count_nonzero(near), len(HALVES)), -1))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HullCover:
-    """Balls that hold a hull, in several sizes, each size all of it; and the planes of some of the hull's faces."""
+    """Balls that hold a hull, in several sizes, each size all of it; and the planes of the hull's faces."""
 
-    levels: tuple[_Level, ...]
-    planes: FloatArray
+    levels: list[_Level]  #: As far as they were asked for.
+    every: FloatArray  #: shape (f, 4). All planes.
+    planes: FloatArray  #: shape (g, 4). Some, of which no two are nearly parallel.
+    deepest_mm: float  #: No point of the hull is deeper in it.
+    step_mm: float  #: Side of the first cubes.
 
     @classmethod
     def of_hull(cls, corners: FloatArray) -> HullCover:
@@ -122,20 +136,18 @@ class HullCover:
         count = np.ceil((high - low) / step).astype(int)
         axes = [(low[k] + high[k]) / 2 + step * (np.arange(count[k]) - (count[k] - 1) / 2) for k in range(3)]
         planes = ConvexHull(corners).equations
-        centres = np.array(np.meshgrid(*axes)).reshape(3, -1).T
-        levels: list[_Level] = []
-        for number in range(LEVELS):
-            radius = step / 2**number * math.sqrt(3.0) / 2
-            parts = np.array_split(centres.T, math.ceil(len(centres) / CENTRES_AT_ONCE), axis=1)
-            inside = np.concatenate([-(product(planes[:, :3], x) + planes[:, 3:]).max(axis=0) for x in parts])
-            near = inside >= -radius  # the cube around another centre has nothing of the hull
-            if levels:
-                levels[-1].parts[...] = np.where(near, np.cumsum(near) - 1, -1).reshape(-1, len(HALVES))
-            centres, inside = centres[near], inside[near]
-            levels.append(_Level(centres, inside, radius, np.full((len(centres), len(HALVES)), -1)))
-            centres = (centres[:, None] + HALVES * step / 2**number).reshape(-1, 3)
         _, some = np.unique(np.round(planes[:, :3] / APART), axis=0, return_index=True)
-        return cls(tuple(levels), planes[np.sort(some)])
+        first = _Level.of(np.array(np.meshgrid(*axes)).reshape(3, -1).T, step, planes)
+        few = planes[np.sort(some)]
+        thick = -(product(few[:, :3], corners.T) + few[:, 3:]).min(axis=1)
+        return cls([first], planes, few, float(thick.min()) / 2, step)
+
+    def _level(self, number: int) -> _Level:
+        if number == len(self.levels):
+            above, side_mm = self.levels[-1], self.step_mm / 2**number
+            centres = (above.centres[:, None] + HALVES * 2 * side_mm).reshape(-1, 3)
+            self.levels.append(_Level.of(centres, side_mm, self.every, above))
+        return self.levels[number]
 
     def beyond_a_face(self, outline: FloatArray, T: FloatArray) -> FloatArray:
         """Return lower bounds of the distances of points from the hull: they are all beyond one of its faces by this.
@@ -160,16 +172,23 @@ class HullCover:
         R, p = np.ascontiguousarray(T[:, :3, :3]), T[:, :3, 3]
         count = len(self.levels[0].centres)
         state, ball = np.repeat(np.arange(len(T)), count), np.tile(np.arange(count), len(T))
-        for level in self.levels:
+        for number in range(LEVELS):
+            level = self._level(number)
             places = np.einsum("nij,nj->ni", R[state], level.centres[ball]) + p[state]
             bound, most = field.between(places)
             meets[state[most < level.inside_mm[ball]]] = True
             free = bound - level.radius_mm - needed_mm
             wide = (free <= 0.0) & ~meets[state]
-            if level is self.levels[-1] or not wide.any():
+            # where the grid says nothing more of a ball, smaller ones are as near; only a deep one may still meet
+            deep = np.minimum(level.inside_mm + level.radius_mm, self.deepest_mm) > field.slack_mm
+            left = np.bincount(state[wide & (bound <= 0.0)], minlength=len(T)) > 0
+            left[state[wide & deep[ball]]] = False
+            wide &= ~left[state]
+            if number == LEVELS - 1 or not wide.any():
                 np.minimum.at(margin, state, free)
                 break
             np.minimum.at(margin, state[~wide], free[~wide])
+            self._level(number + 1)
             parts = level.parts[ball[wide]]
             state, ball = np.repeat(state[wide], len(HALVES))[parts.ravel() >= 0], parts[parts >= 0]
         return margin, meets

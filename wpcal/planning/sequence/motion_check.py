@@ -206,18 +206,19 @@ class MotionChecker:
         least_mm = -ROUND_OFF_MM if again else 0.0
         at, q = self._divided(np.asarray(states, dtype=np.float64), gaps)
         margin, free = self._measured(q, known if len(q) == len(states) else None)
+        first = np.flatnonzero(~gaps[at[:-1].astype(np.int64)])
+        last = first + 1
         while True:
-            wide = self._is_wide(q[:-1], q[1:], free[:-1] + free[1:]) & ~gaps[at[:-1].astype(np.int64)]
+            wide = self._is_wide(q[first], q[last], free[first] + free[last])
             is_free = bool((margin > least_mm).all())
             if not wide.any() or not is_free:
-                return CheckedMove(is_free, q, at, margin)
-            middle = (at[:-1] + at[1:])[wide] / 2
-            new = (q[:-1] + q[1:])[wide] / 2
-            found, around = self._measured(new)
-            at, q = np.concatenate([at, middle]), np.concatenate([q, new])
+                order = np.argsort(at, kind="stable")
+                return CheckedMove(is_free, q[order], at[order], margin[order])
+            first, last, middle = first[wide], last[wide], len(q) + np.arange(np.count_nonzero(wide))
+            at, q = (np.concatenate([each, (each[first] + each[last]) / 2]) for each in (at, q))
+            found, around = self._measured(q[middle])
             margin, free = np.concatenate([margin, found]), np.concatenate([free, around])
-            order = np.argsort(at, kind="stable")
-            at, q, margin, free = at[order], q[order], margin[order], free[order]
+            first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
 
     def _measured(self, q: FloatArray, known: Margins | None = None) -> tuple[FloatArray, FloatArray]:
         """Return margins (n,) and the free distances of the bodies of every two carriers (n, c), mm."""
@@ -245,24 +246,24 @@ class MotionChecker:
         first = np.cumsum(parts) - parts
         t = (np.arange(len(move)) - first[move]) / (parts - 1)[move]
         margin, free = self._measured(a[move] + t[:, None] * (b - a)[move])
+        first = np.flatnonzero(move[1:] == move[:-1])
+        last = first + 1
         while True:
             hit = np.full(len(a), np.inf)
-            np.minimum.at(hit, move[margin <= 0.0], t[margin <= 0.0])
-            keep = (hit[move] == np.inf) if whole else (t < hit[move])
-            move, t, margin, free = move[keep], t[keep], margin[keep], free[keep]
-            ends = [a[move[1:]] + at[:, None] * (b - a)[move[1:]] for at in (t[:-1], t[1:])]
-            wide = (move[1:] == move[:-1]) & self._is_wide(ends[0], ends[1], free[1:] + free[:-1], trust)
+            np.minimum.at(hit, move[margin <= 0.0], -np.inf if whole else t[margin <= 0.0])
+            keep = t[last] < hit[move[last]]
+            first, last = first[keep], last[keep]
+            ends = [a[move[row]] + t[row, None] * (b - a)[move[row]] for row in (first, last)]
+            wide = self._is_wide(ends[0], ends[1], free[first] + free[last], trust)
             if not wide.any():
                 break
-            own, at = move[1:][wide], (t[1:] + t[:-1])[wide] / 2
-            found, around = self._measured(a[own] + at[:, None] * (b - a)[own])
-            move, t, margin, free = (
-                np.concatenate(pair) for pair in ((move, own), (t, at), (margin, found), (free, around))
-            )
-            order = np.lexsort([t, move])
-            move, t, margin, free = move[order], t[order], margin[order], free[order]
-        share = np.zeros(len(a))
-        np.maximum.at(share, move, t)
+            first, last, middle = first[wide], last[wide], len(t) + np.arange(np.count_nonzero(wide))
+            own, at = move[first], (t[first] + t[last]) / 2
+            new = own, at, *self._measured(a[own] + at[:, None] * (b - a)[own])
+            move, t, margin, free = map(np.concatenate, zip((move, t, margin, free), new, strict=True))
+            first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
+        share, reached = np.zeros(len(a)), t < hit[move]
+        np.maximum.at(share, move[reached], t[reached])
         return share
 
     def is_free_between(self, corners: FloatArray) -> bool:
