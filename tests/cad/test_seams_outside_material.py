@@ -80,7 +80,7 @@ def test_accepted_frames_of_own_parts(name: str) -> None:
     assert count_inside([shape for _, shape in GRAPHS[name]()], points) == 0
 
 
-@pytest.mark.parametrize("name", few(PARTS, 5))
+@pytest.mark.parametrize("name", few(PARTS, 4))
 def test_accepted_frames_of_parts_made_by_others(name: str, shared_step: Path) -> None:
     workpiece = open_workpiece(shared_step / name)
     seams, workpiece = find_seams(workpiece, SeamOptions())

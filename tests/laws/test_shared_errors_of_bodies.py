@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.weldments import Weldment, fit_bodies, uprights
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches
@@ -32,7 +33,7 @@ def touched_with_long_wire(part: Weldment, true: Motions, rng: np.random.Generat
     )
 
 
-@pytest.mark.parametrize("is_told", [True, False])
+@pytest.mark.parametrize("is_told", few([True, False], 1))
 def test_the_band_covers_the_height_of_the_base_if_all_touches_are_off_alike(is_told: bool) -> None:
     rng, part = np.random.default_rng(1), uprights(3)
     inside = []

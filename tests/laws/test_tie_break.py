@@ -62,7 +62,7 @@ def test_a_point_that_would_be_further_off_holds_the_turn() -> None:
     assert found.objective_mm == pytest.approx(found.lower_bound_mm, rel=0, abs=SAME_VALUE_MM)
 
 
-@pytest.mark.parametrize("seed", few(range(8), 2))
+@pytest.mark.parametrize("seed", few(range(8), 1))
 def test_a_place_that_was_taught_twice_leaves_every_turn_to_least_squares(seed: int) -> None:
     """Where the two lie farthest apart, half their distance is the optimum whatever the part is turned by."""
     rng = np.random.default_rng(seed)

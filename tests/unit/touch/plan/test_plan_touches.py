@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.bench_touches import compared
+from tests.few import few
 from tests.touch_parts import touch_part
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.hits import find_hits
@@ -103,7 +104,7 @@ def test_opposite_touches_cancel_the_latency() -> None:
     assert covariance[3, 3] < 0.2 * one_sided[3, 3]
 
 
-@pytest.mark.parametrize("name", ["tee", "saddle"])
+@pytest.mark.parametrize("name", few(["saddle", "tee"], 1))
 def test_every_search_keeps_the_rules(name: str) -> None:
     part = touch_part(name)
     options = TouchOptions()
