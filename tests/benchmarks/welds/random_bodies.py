@@ -198,16 +198,10 @@ def frame(rng: Rng) -> list[Any]:
     feet = [box(w + 60, w + 60, 10, (x - 30, -30, -10)) for x in (0, wide + w)]
     long = 0.35 * wide
     brace = cut(box(0.6 * w, 0.6 * w, 3 * long), box(0.6 * w - 2 * t, 0.6 * w - 2 * t, 3 * long, (t, t, 0)))
-    brace = (
-        brace.translate((-0.3 * w, 0.2 * w, -1.5 * long))
-        .rotate(b.Axis.Y, 45)
-        .translate((w + long / 2, 0, high - w - long / 2))
-    )
-    brace = cut(
-        brace,
-        box(w + 4 * long, 3 * w, 9 * high, (-4 * long, -w, -high)),
-        box(9 * wide, 3 * w, 9 * high, (-wide, -w, high - w)),
-    )
+    brace = brace.translate((-0.3 * w, 0.2 * w, -1.5 * long)).rotate(b.Axis.Y, 45)
+    brace = brace.translate((w + long / 2, 0, high - w - long / 2))
+    below = box(w + 4 * long, 3 * w, 9 * high, (-4 * long, -w, -high))
+    brace = cut(brace, below, box(9 * wide, 3 * w, 9 * high, (-wide, -w, high - w)))
     return [*posts, *rails, *feet, brace] if rng.random() < 0.7 else [*posts, *rails, *feet]
 
 
@@ -232,14 +226,8 @@ def single(rng: Rng) -> list[Any]:
     if kind == 2:
         pocket = box(0.6 * x, 0.5 * y, z, (0.2 * x, 0.25 * y, 0.4 * z))
         pocket = pocket.fillet(6, pocket.edges().filter_by(b.Axis.Z))
-        return [
-            cut(
-                box(x, y, z),
-                pocket,
-                box(0.3 * x, y, 0.3 * z, (0.7 * x, 0, 0.7 * z)),
-                cylinder(8, z, (0.1 * x, 0.1 * y, 0), (0, 0, 1)),
-            )
-        ]
+        hole = cylinder(8, z, (0.1 * x, 0.1 * y, 0), (0, 0, 1))
+        return [cut(box(x, y, z), pocket, box(0.3 * x, y, 0.3 * z, (0.7 * x, 0, 0.7 * z)), hole)]
     return [
         cylinder(x / 4, z, (0, 0, 0), (0, 0, 1))
         .fuse(cylinder(x / 2, z / 4, (0, 0, z / 3), (0, 0, 1)), cylinder(x / 6, z / 2, (0, 0, z), (0, 0, 1)))
