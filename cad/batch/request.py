@@ -30,7 +30,8 @@ from wpcal.core.options import group, opt
 from wpcal.core.records import check_writable, parse_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.grasp import Holding, read_holding
-from wpcal.seam.edit import read_edits
+from wpcal.seam.edit import read_edits, read_judging
+from wpcal.seam.options import Judging
 from wpcal.weld.xmcf.read import places_of, read_xmcf
 
 NOT_OF_A_JOB = frozenset({"out", "force", "details", "json", "no_cache", "help"})
@@ -105,9 +106,10 @@ class SeamsAsked:
 
     def to_choice(self) -> SeamChoice:
         """Return the choice; the files are read."""
-        edits = () if self.seams_file is None else read_edits(self.seams_file)
+        file = self.seams_file
+        edits, judging = ((), Judging()) if file is None else (read_edits(file), read_judging(file))
         places = () if self.xmcf is None else places_of(read_xmcf(self.xmcf), file=str(self.xmcf))
-        return SeamChoice(edits, self.marked, (*self.edges, *places), self.added_edges)
+        return SeamChoice(edits, self.marked, (*self.edges, *places), self.added_edges, judging)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 NOT_CALIBRATE = ("part_step", "taught", "out", "seams", "host", "port", "browser", "other_part")
 """Arguments that are not copied to `wpcal calibrate`: it has others, the page has its own, or the table needs none."""
 
-OF_SOLIDS = ("weld", "not")  #: What is said about solids is said in the page, too.
+OF_SOLIDS = ("weld", "not", "member")  #: What is said about them is said in the page, too.
 
 OF_RIGID_PARTS = ("criterion", "certify", "rigid")  #: Options that `wpcal calibrate` refuses if bodies may have moved.
 
@@ -107,7 +107,7 @@ def start(ctx: click.Context, asked: PickAsked) -> Started:
     """
     from cad.pick.draft import draft_of
     from cad.pick.opening import find_table, start_table
-    from cad.pick.shared_seams import joined, said_in, seams_file_of, start_seams
+    from cad.pick.shared_seams import seams_file_of, start_seams
     from cad.session.session import PickSession
     from cad.step.open_text import require_step_file
     from wpcal.core.input_file import STDIN, read_bytes
@@ -126,9 +126,9 @@ def start(ctx: click.Context, asked: PickAsked) -> Started:
     if taught is not None and not is_other and found.raw is None and found.draft is None:
         read_bytes(taught)  # says why not
     initial = read_bytes(taught) if taught is not None and is_other else None
-    said = said_in(asked.choice.seams_file or seams_file_of(part_step, out))
     search = partial(_read_part, part_step, options, use_cache=not asked.no_cache)
-    part, said_notes = _first_part(search, options.seams.judging, joined(options.seams.judging, said))
+    before = asked.choice.seams_file or seams_file_of(part_step, out)
+    part, said_notes = _first_part(search, options.seams.judging, before)
     session = PickSession(part, options, asked.place.nominal, program, groups=asked.moving.groups())
     session.choose(chosen or found.moving)
     again = None if str(part_step) == STDIN else search  # standard input was read to its end
@@ -202,8 +202,10 @@ def credentials_asked() -> Callable[[str], tuple[str, str]]:
 def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, use_cache: bool) -> PickPart:
     """Read the part and find its seams, with what a person says about its solids."""
     from cad.cli.kernel_work import run_on_part
+    from wpcal.seam.options import Judging
 
-    asked = {"options": replace(options.seams, judging=judging), "choice": replace(options.choice, edits=())}
+    choice = replace(options.choice, edits=(), judging=Judging())
+    asked = {"options": replace(options.seams, judging=judging), "choice": choice}
     what, needs = f"reading {part_step}", (PART, MESH)
     part: PickPart = run_on_part(
         "cad.session.part:read_pick_part", part_step, asked, what=what, use_cache=use_cache, needs=needs
@@ -212,17 +214,17 @@ def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, 
 
 
 def _first_part(
-    search: Callable[[Judging], PickPart], judging: Judging, kept: Judging
+    search: Callable[[Judging], PickPart], judging: Judging, path: Path
 ) -> tuple[PickPart, tuple[str, ...]]:
-    """Read the part with what is said about solids, also in an earlier session, if it still has these solids."""
+    """Read the part with what is said about solids, also in a file of an earlier session, if it still has them."""
     from wpcal.core.errors import ErrorCode, InputError
+    from wpcal.seam.edit import read_judging
 
     try:
-        return search(kept), ()
-    except InputError as error:
-        if error.code is not ErrorCode.SOLID_UNKNOWN or kept == judging:
-            raise
-        return search(judging), (f"{error}; what was said about solids in an earlier session is not used",)
+        return search(judging.after(read_judging(path))), ()
+    except InputError as error:  # if that is not about the file, the search tells it again
+        note = f"{error}; what was said about solids in an earlier session is not used"
+        return search(judging), (note,) if error.code is ErrorCode.SOLID_UNKNOWN else ()
 
 
 def table_of(taught: Path | None) -> Path:
@@ -283,11 +285,11 @@ def calibrate_command(
     bodies: Path | None = None,
 ) -> str:
     """Return the line that calibrates from the saved table with the options and the decisions that were given here."""
-    from cad.pick.shared_seams import seam_options_of
-
     given = [] if seams.used_file is None else ["--seams", str(seams.used_file)]
-    given += [*seam_options_of(seams.judging), *session.moving.words(bodies)]
-    left_out = {*NOT_CALIBRATE, *OF_SOLIDS, *option_names(POINTS), *option_names(BODIES)}
+    given += session.moving.words(bodies)
+    typed = session.options.seams.judging
+    is_withdrawn = typed.after(seams.judging) != seams.judging
+    left_out = {*NOT_CALIBRATE, *(OF_SOLIDS if is_withdrawn else ()), *option_names(POINTS), *option_names(BODIES)}
     left_out |= set(OF_RIGID_PARTS if session.moving.is_on else ())
     given += typed_options(ctx, without=left_out)
     return shlex.join(["wpcal", "calibrate", str(part_step), str(taught), *given, "-o", "RESULT"])

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     "--all",
     "show_all",
     is_flag=True,
-    help="Leave nothing out: also candidates that are not taken, and what the solids are taken for.",
+    help="Leave nothing out: also candidates that are not taken, the members, and what the solids are taken for.",
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the pictures and the page.")
 @no_cache_option
@@ -60,7 +60,7 @@ def seams(
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
     Every candidate has a confidence; those of 80 % and more (--strict: 90 %, --generous: 5 %) are accepted. --all also
-    lists the others with the reasons, and what the solids are taken for; --weld and --not set that right.
+    lists the others with the reasons, and the members; --member, --weld and --not set these right.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import write_file
@@ -71,6 +71,7 @@ def seams(
         "choice": choice.to_choice(),
         "picture": png is not None,
         "mesh": html is not None,
+        "members": any((as_json, show_all, html)),
         "explain": explain,
     }
     _check_drawings(png, html, overwrite=force)
@@ -120,7 +121,7 @@ def _show(found: Sequence[Seam], notes: MemberNotes, issues: Sequence[Issue], ti
     console.print(seams_table(found, title))
     if show_all:
         console.print(refused_table(found))
-        console.print(members_table(notes))
+        console.print(members_table(notes, found))
     else:
         console.print(rest_words(found))
     for one in notes.play:

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from wpcal.seam.member.note import MemberNotes
     from wpcal.taught.features import ReferenceFeature
 
-MOST_SHOWN = 6  #: Names of solids in one row of the table of members.
-
 
 def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:
     """Return one row per feature; `ease` gives for each name how well it can be touched."""
@@ -155,22 +153,20 @@ def _sure(seam: Seam) -> str:
     return "by hand" if decided else f"{seam.confidence:.0%}"
 
 
-def members_table(notes: MemberNotes) -> Table:
-    """Return one row per group of solids that are taken for the same, for the same reason.
-
-    With more than a few solids in a row, the first ones are named.
-    """
-    table = Table(title="Members: what the solids are taken for")
-    for heading, width in (("solids", None), ("taken for", 14), ("why", 24)):
-        table.add_column(heading, min_width=width)
-    table.add_column("welded", no_wrap=True)
-    groups: dict[tuple[str, str, str], list[str]] = {}
-    for one in notes.members:
-        is_welded = one.said if one.said is not None else not one.findings
-        welded = "yes" if is_welded else "no" if one.factor < notes.judging.level.value else "perhaps"
-        groups.setdefault((one.taken_as, "; ".join(one.why), welded), []).append(one.solid)
-    for (taken_as, why, welded), names in groups.items():
-        table.add_row(_names(names), taken_as, why, welded)
+def members_table(notes: MemberNotes, seams: Sequence[Seam] = ()) -> Table:
+    """Return one row per solid and member: what it is, its size and weight, what is welded on it, and why."""
+    table = Table(title="Members, and what the solids are taken for")
+    numbers = {"length mm": ("length_mm", ".0f"), "kg": ("mass_kg", ".2f"), "weld mm": ("weld_mm", ".0f")}
+    for heading in ("member", "is", *numbers, "taken for", "why", "welded"):
+        table.add_column(heading, justify="right" if heading in numbers else "left")
+    for one in notes.to_record(seams)["members"]:
+        is_welded = one["said"] if one["said"] is not None else one["factor"] == 1.0
+        welded = "yes" if is_welded else "no" if one["factor"] < notes.judging.level.value else "perhaps"
+        words = (one["taken_as"], "; ".join(one["why"]), welded)
+        for row in one.get("listed", [{"name": one["solid"], "kind": ""}]):
+            shown = [format(row[key], form) if key in row else "" for key, form in numbers.values()]
+            table.add_row(row["name"], row["kind"], *shown, *words)
+            words = ("", "", "")
     return table
 
 
@@ -191,11 +187,6 @@ def explained_table(record: Mapping[str, Any]) -> Table:
         table.add_row(f"{one['solid']}: taken for {one['taken_as']}; {'; '.join(one['why'])}", "", "")
     table.add_row(record["chain"][-1], f"{record['score']:.3g}", f"{record['confidence']:.0%}")
     return table
-
-
-def _names(names: list[str]) -> str:
-    shown = ", ".join(names[:MOST_SHOWN])
-    return shown if len(names) <= MOST_SHOWN else f"{shown} and {len(names) - MOST_SHOWN} more"
 
 
 def _length(seam: Seam) -> str:

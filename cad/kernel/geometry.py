@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.BRepGProp import BRepGProp
 from OCP.GCPnts import GCPnts_AbscissaPoint
 from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.gp import gp_Trsf
+from OCP.GProp import GProp_GProps
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 
@@ -64,6 +66,13 @@ def mesh_points(face: KernelObject) -> FloatArray:
 def edge_length(edge: KernelObject) -> float:
     """Length of an edge, mm."""
     return float(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(TopoDS.Edge(edge))))
+
+
+def volume_mm3(shape: KernelObject) -> float:
+    """Return the volume of a solid, mm³."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return abs(float(properties.Mass()))
 
 
 def to_location(transform: RigidTransform) -> KernelObject:

@@ -175,9 +175,9 @@ def build_app(
     """Return the application: ``GET /token/`` is the page; the actions take JSON by ``POST``.
 
     ``fit``, ``suggest``, ``promise``, ``touch`` and ``read`` are answered by the session. ``table``, ``keep``,
-    ``save``, ``open`` and ``moving`` concern the table that all windows share, ``seams``, ``decide`` and ``solid``
-    their decisions about seams and solids. ``robot`` reads the position of a robot. Answers are ``{"answer": …}`` or
-    ``{"fault": …}``, a record of `cad.session.session.fault_record`.
+    ``save``, ``open`` and ``moving`` concern the table that all windows share, ``seams``, ``decide``, ``solid`` and
+    ``outline`` their decisions about seams and members, and the borders of these. ``robot`` reads the position of a
+    robot. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of `cad.session.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:
@@ -212,7 +212,12 @@ def build_app(
         "decide": lambda record: {
             "answer": seams.decide(_field(record, "decisions", list), revision=_field(record, "revision", int))
         },
-        "solid": lambda record: {"answer": seams.say(*_said_of(record), revision=_field(record, "revision", int))},
+        "solid": lambda record: {
+            "answer": seams.say(
+                *(_field(record, key, str) for key in ("solid", "said")), revision=_field(record, "revision", int)
+            )
+        },
+        "outline": lambda record: {"answer": seams.outline(_field(record, "solid", str))},
     }
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
     return Starlette(routes=[Route(f"/{token}/", show), *routes])
@@ -250,15 +255,6 @@ def _change_of(record: Any) -> dict[str, Any]:
         "table": Keyed.from_record(_field(record, "table", dict)),
         "conflicts": _texts(record, "conflicts"),
     }
-
-
-def _said_of(record: Any) -> tuple[str, bool | None]:
-    """Return the name of a solid, and whether it can be welded; None leaves it to the rules."""
-    words = {"weld": True, "not": False, "rules": None}
-    word = _field(record, "said", str)
-    if word not in words:
-        raise InputError(f"expected said as one of {', '.join(words)}, got {word!r}")
-    return _field(record, "solid", str), words[word]
 
 
 def _field(record: Any, name: str, kind: type, default: Any = None) -> Any:

@@ -5,12 +5,13 @@ A page sends decisions only. Seams, frames, material and reach come from the par
 
 from __future__ import annotations
 
-import shlex
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from cad.pick.draft import backup_of, bytes_of
 from cad.session.decisions import read_decisions
@@ -18,29 +19,20 @@ from cad.session.part import PickPart
 from cad.session.session import PickSession
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
-from wpcal.core.records import read_json, to_json, write_file
+from wpcal.core.records import to_json, write_file
 from wpcal.pages.report import seam_columns
 from wpcal.seam.edit import PlacedEdit, read_edits
-from wpcal.seam.options import Judging
-from wpcal.seam.record import SEAMS_SCHEMA, seams_record
+from wpcal.seam.options import Judging, SaidMember
+from wpcal.seam.record import seams_record
 
 Search: TypeAlias = Callable[[Judging], PickPart]
 """Finds the seams of the part anew, with what a person says about its solids."""
 SHOWN = (
-    "name",
-    "accepted",
-    "joint",
-    "weld",
-    "solids",
-    "length_mm",
-    "closed",
-    "confidence",
-    "against",
-    "inside",
-    "candidate",
-    "edit",
+    *("name", "accepted", "joint", "weld", "solids", "length_mm", "closed"),
+    *("confidence", "against", "inside", "candidate", "edit"),
 )
 """What the page shows of a seam and needs for decisions about it."""
+OUTLINE_DIGITS = 3  #: Decimals of a line on the screen, mm.
 
 
 def seams_file_of(part_step: Path, out: Path) -> Path:
@@ -76,28 +68,32 @@ class SharedSeams:
     @property
     def used_file(self) -> Path | None:
         """The file, if there are decisions that a calibration must know."""
-        return (self._given or self.path) if self._edits else None
+        is_said = self.judging != self._session.options.seams.judging
+        return (self._given or self.path) if self._edits or is_said else None
 
     @property
     def judging(self) -> Judging:
         """What is said about solids, on the command line and in the page."""
         return self._part.seam_options.judging
 
-    def say(self, solid: str, said: bool | None, *, revision: int) -> dict[str, Any]:
-        """Set whether a solid can be welded, find the seams anew, and keep that in the file.
+    def say(self, name: str, word: str, *, revision: int) -> dict[str, Any]:
+        """Say what a solid or a member is, find the seams anew, and keep that in the file.
 
-        Returns dict. As `decide`, and ``members`` and ``options``: the options of a command that say the same.
+        `word`: As in `SaidMember`, or ``weld`` or ``not`` for a solid, or ``rules``: nothing is said about it any more.
+        Returns dict. As `decide`, and ``members`` and ``judging``.
 
-        Raises `InputError` if there is no such solid, or decisions about seams do not fit the seams that are found
+        Raises `InputError` if there is no such member, or decisions about seams do not fit the seams that are found
         then.
         """
         with self._lock:
             if revision != self._session.seams_revision:
                 return {**self._state(), "is_stale": True}
-            if self._search is None or solid not in self._part.workpiece.graph.solid_names:
-                raise InputError(f"{solid}: nothing can be said about this solid here")
-            before, session = self._part, self._session
-            part = self._search(_with_said(self.judging, solid, said))
+            if self._search is None:
+                raise InputError(f"{name}: nothing can be said about members here")
+            before, session, level = self._part, self._session, self.judging.level
+            said = {"weld": Judging((name,)), "not": Judging((), (name,))}
+            new = said.get(word, Judging(members=(SaidMember(name, word),))).after(self.judging)
+            part = self._search(replace(new, members=new.members[word == "rules" :], level=level))
             try:
                 self._part = part
                 session.use_part(part)
@@ -108,6 +104,14 @@ class SharedSeams:
                 self._take(self._edits)
                 raise
             return {**self._state(), "warning": self._store()}
+
+    def outline(self, name: str) -> dict[str, Any]:
+        """Return the borders of the faces of a member: ``p_mm``, pairs of points in `part`."""
+        listed = getattr(self._part.workpiece.member_notes, "listed", ())
+        faces = [face for one in listed if one.name == name for face in sorted(one.faces)]
+        trimmed = self._part.workpiece.trimmed
+        rows = [row for face in faces for row in range(*trimmed.start[[face, face + 1]])]
+        return {"p_mm": np.round(np.stack([trimmed.p0[rows], trimmed.p1[rows]], axis=1), OUTLINE_DIGITS).tolist()}
 
     def changes_since(self, revision: int) -> dict[str, Any]:
         """Return the revision, and the seams if the window has other ones."""
@@ -171,44 +175,10 @@ def seams_of(part: PickPart) -> dict[str, Any]:
 
 
 def solids_record(part: PickPart) -> dict[str, Any]:
-    """Return what a page shows of the solids: ``members``, and ``options`` that say what was said about them."""
+    """Return what a page shows of the solids and their members, and what was said about them."""
     notes = part.workpiece.member_notes
-    members = [] if notes is None else notes.to_record()["members"]
-    return {"members": members, "options": shlex.join(seam_options_of(part.seam_options.judging))}
-
-
-def seam_options_of(judging: Judging) -> list[str]:
-    """Return the options of a command that say what is said about solids."""
-    pairs = [("--weld", name) for name in judging.weld] + [("--not", name) for name in judging.not_welded]
-    return [word for pair in pairs for word in pair]
-
-
-def said_in(path: Path) -> Judging:
-    """Return what a file of decisions says about solids; nothing if it cannot be read."""
-    try:
-        said = read_json(path, schema=SEAMS_SCHEMA).get("judging") or {}
-    except InputError:
-        return Judging()
-    weld, not_welded = (tuple(map(str, said.get(key) or ())) for key in ("weld", "not"))
-    return Judging(weld, not_welded)
-
-
-def joined(judging: Judging, before: Judging) -> Judging:
-    """Return what a command says about solids, and what was said before about others."""
-    known = {*judging.weld, *judging.not_welded}
-    weld, not_welded = (
-        (*own, *(name for name in earlier if name not in known))
-        for own, earlier in ((judging.weld, before.weld), (judging.not_welded, before.not_welded))
-    )
-    return replace(judging, weld=weld, not_welded=not_welded)
-
-
-def _with_said(judging: Judging, solid: str, said: bool | None) -> Judging:
-    weld, not_welded = (
-        (*(name for name in names if name != solid), *([solid] if said is own else []))
-        for names, own in ((judging.weld, True), (judging.not_welded, False))
-    )
-    return replace(judging, weld=weld, not_welded=not_welded)
+    record = {"members": [], "judging": None} if notes is None else notes.to_record(part.seams)
+    return {key: record[key] for key in ("members", "judging")}
 
 
 def start_seams(

@@ -14,6 +14,7 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.progress import Progress, no_progress
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit
+from wpcal.seam.member.listed import weighed_members
 from wpcal.taught.features import Touchable
 
 
@@ -53,7 +54,10 @@ def read_pick_part(
     source = workpiece.file
     part_glb, mesh_issues = draw_part(source)
     notes = tuple(issue.message for issue in (*with_sections.issues, *mesh_issues))
-    plain = with_sections.without_kernel()
+    notes_of = with_sections.member_notes
+    assert notes_of is not None  # seams were found
+    weighed = weighed_members(with_sections.graph, with_sections.trimmed, notes_of, workpiece.volumes_mm3)
+    plain = replace(with_sections, member_notes=weighed).without_kernel()
     part = PickPart(
         source.file_name, source.sha256, plain, touchables, candidates, candidates, options, part_glb, notes
     )

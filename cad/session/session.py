@@ -229,18 +229,8 @@ def _fit_record(
     record = result.to_record() if bodies is None else {**result.to_record(), "bodies": bodies}
     row_of = dict(zip(taught.names, rows.complete(), strict=True))
     place_points(record["points"], row_of, result.T_base_part)
-    kept = (
-        "verdict",
-        "judgement",
-        "tolerance_mm",
-        "criterion",
-        "objective_mm",
-        "lower_bound_mm",
-        "certified",
-        "T_base_part",
-        "criterion_advice",
-        *(["bodies"] if bodies is not None else []),
-    )
+    kept = ["verdict", "judgement", "tolerance_mm", "criterion", "objective_mm", "lower_bound_mm", "certified"]
+    kept += ["T_base_part", "criterion_advice", *(["bodies"] if bodies is not None else [])]
     return {
         **{key: record[key] for key in kept},
         "points": record["points"],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,10 +28,12 @@ from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.find.play import with_play
 from wpcal.seam.judge.doubted import why_none_is_taken, why_nothing_is_found
 from wpcal.seam.judge.other_torches import with_other_torches
+from wpcal.seam.member.listed import weighed_members
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.member.one_piece import find_whole_solids, left_out
+from wpcal.seam.member.said import said_about
 from wpcal.seam.names import seams_named
-from wpcal.seam.options import Reach
+from wpcal.seam.options import Judging, Reach
 from wpcal.seam.seam import SeamPieces
 from wpcal.seam.search import find_part_seams
 from wpcal.weld.thickness import plate_thicknesses
@@ -46,6 +48,8 @@ class SeamChoice:
     marked: tuple[str, ...] = ()
     edges: tuple[str, ...] = ()  #: Places of edges that are seams. With them, or with marked ones, nothing else is.
     added_edges: tuple[str, ...] = ()  #: Places of edges that are seams beside those that are found.
+    #: What a file of decisions says about solids and members; the options come first.
+    judging: Judging = field(default_factory=Judging)
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -71,6 +75,7 @@ def find_seams(
     and with what its solids are taken for.
     """
     options, choice = options or SeamOptions(), choice or SeamChoice()
+    options = replace(options, judging=options.judging.after(choice.judging))
     of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
     workpiece = workpiece.with_sections(found.graph or workpiece.graph, found.notes, found.issues)
@@ -85,7 +90,7 @@ def decide(
     `workpiece`: As `find_seams` returns it, with the seams that it found as `candidates`.
     """
     graph, notes = workpiece.graph, workpiece.member_notes
-    measured = options if notes is None else replace(options, play=notes.play)
+    measured = options if notes is None else replace(options, play=notes.play, judging=notes.judging)
     return apply_edits(graph, without_beads(graph, workpiece.trimmed), candidates, edits, measured)
 
 
@@ -102,7 +107,8 @@ class _Found:
 def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
     options = with_play(graph, trimmed, options)
-    notes = replace(take_members(graph, trimmed, options.judging).notes, play=options.play or ())
+    judging = replace(options.judging, members=tuple(said_about(graph, trimmed, options.judging).members))
+    notes = replace(take_members(graph, trimmed, judging).notes, play=options.play or ())
     mark = partial(_mark, workpiece, choice) if choice.marked or choice.places else None
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
     issues = (*found.issues, *covered_issues(graph, trimmed))
@@ -143,13 +149,15 @@ def list_seams(
     choice: SeamChoice | None = None,
     picture: bool = False,
     mesh: bool = False,
+    members: bool = False,
     explain: str | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> tuple[tuple[Seam, ...], MemberNotes, tuple[Issue, ...], bytes | None, bytes | None, Explained | None]:
     """Return the seams of a STEP file, frames in `part`, what its solids are taken for, and what is odd in the file.
 
-    If asked for, also their picture (PNG), ``part.glb``, and why the seam of a name is taken or refused.
+    If asked for, also their members with weights, their picture (PNG), ``part.glb``, and why the seam of a name is
+    taken or refused.
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     progress(f"finding seams: {workpiece.size}")
@@ -164,6 +172,8 @@ def list_seams(
         progress(f"drawing the part: {workpiece.size}")
         part_glb, _ = draw_part(workpiece.file)
     notes = workpiece.member_notes or MemberNotes(options.judging, ())
+    if members:
+        notes = weighed_members(workpiece.graph, workpiece.trimmed, notes, workpiece.volumes_mm3)
     told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name, options.reach)
     return seams, notes, workpiece.issues, png, part_glb, told
 

@@ -57,6 +57,18 @@ class Workpiece:
         return tuple(shape for _, shape in _named_solids(self.shapes))
 
     @property
+    def volumes_mm3(self) -> tuple[float, ...]:
+        """The volume of each solid, mm³; computed by the kernel when it is asked for first."""
+
+        def compute() -> tuple[float, ...]:
+            solids = self.solids
+            from cad.kernel.geometry import volume_mm3
+
+            return tuple(map(volume_mm3, solids))
+
+        return self.answer("volumes", (), compute)
+
+    @property
     def size(self) -> str:
         """How large the part is, for progress messages: ``5 solids, 31 faces``."""
         return f"{counted(len(self.graph.solid_names), 'solid')}, {counted(self.graph.face_count, 'face')}"

@@ -180,19 +180,25 @@ def test_a_solid_is_said_to_be_welded_or_not_in_the_picker(start: Any, open_page
     opened, second = open_page(picker.url), open_page(picker.url)
     page = opened.page
     page.click("#seams .all summary")
-    page.select_option("[aria-label='web: weld or not']", "not")
+    page.select_option("[aria-label='web is']", "not")
     said(opened, "web: not welded")
     opened.wait("document.querySelectorAll('#all-seams tr.dim').length === 4")
-    assert "--not web" in page.inner_text("#members caption")
     assert "you said so" in page.inner_text("#members tbody")
+    for name in ("web", "base plate"):
+        page.check(f"[aria-label='tick {name}']")
+    page.click("text=These two are one")
+    said(opened, "web: base plate")
+    assert "--member web=base plate" in page.inner_text("#all-seams")
+    page.locator("#members .find", has_text="web").click()
+    opened.wait("window.wpcal.viewer.isShown('member')")
     second.wait("document.querySelectorAll('#seams .refused tbody tr').length === 4")
     page.click("#save")
     opened.wait("document.querySelector('#save-state').textContent.startsWith('saved')")
-    assert "--not web" in page.inner_text("#save-state code")
+    assert "--seams tee.seams.json" in page.inner_text("#save-state code")
     again = open_page(start(TEE, "-o", "t.csv").url)
     again.page.click("#seams .all summary")
-    assert again.page.input_value("[aria-label='web: weld or not']") == "not"
-    again.page.select_option("[aria-label='web: weld or not']", "rules")
+    assert again.page.input_value("[aria-label='web is']") == "base plate"
+    again.page.select_option("[aria-label='web is']", "rules")
     said(again, "web: the rules decide")
     again.wait("document.querySelectorAll('#all-seams tr.dim').length === 2")
     assert opened.said == second.said == again.said == []

@@ -8,20 +8,8 @@ from cad.session.rows import NEW_COLUMNS
 
 CLOSED = 0  #: No answer at all: the connection was closed.
 
-METHODS = (
-    "GET",
-    "HEAD",
-    "POST",
-    "PUT",
-    "DELETE",
-    "PATCH",
-    "OPTIONS",
-    "TRACE",
-    "CONNECT",
-    "PROPFIND",
-    "get",
-    "X" * 5000,
-)
+VERBS = ("GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT", "PROPFIND", "get")
+METHODS = (*VERBS, "X" * 5000)
 
 PLACES = ("{path}", "{path}save", "{path}keep", "{path}none", "/")
 
@@ -64,73 +52,22 @@ PATHS = (
 )
 
 HOSTS = (
-    None,
-    "",
-    "evil.example",
-    "{host}.evil.example",
-    "evil.example:80",
-    "localhost",
-    "LOCALHOST",
-    "127.0.0.1",
-    "127.0.0.1:0",
-    "127.0.0.1:00080",
-    "127.1",
-    "0x7f.0.0.1",
-    "2130706433",
-    "0.0.0.0",
-    "[::1]",
-    "[::ffff:127.0.0.1]",
-    "user@{host}",
-    "{host}@evil.example",
-    "{host},evil.example",
-    "{host} evil.example",
-    "{host}.",
-    "{host}/",
-    "http://{host}",
-    "{host}\r\nHost: x",
-    "\xe4.example",
-    "*",
-    "null",
-    "x" * 60_000,
+    *(None, "", "evil.example", "{host}.evil.example", "evil.example:80", "localhost", "LOCALHOST", "127.0.0.1"),
+    *("127.0.0.1:0", "127.0.0.1:00080", "127.1", "0x7f.0.0.1", "2130706433", "0.0.0.0", "[::1]", "[::ffff:127.0.0.1]"),
+    *("user@{host}", "{host}@evil.example", "{host},evil.example", "{host} evil.example", "{host}.", "{host}/"),
+    *("http://{host}", "{host}\r\nHost: x", "\xe4.example", "*", "null", "x" * 60_000),
 )
 
 ORIGINS = (
-    None,
-    "",
-    "null",
-    "http://evil.example",
-    "https://{host}",
-    "http://{host}/",
-    "http://{host}.evil.example",
-    "HTTP://{host}",
-    "http://user@{host}",
-    "http://127.0.0.1",
-    "http://localhost",
-    "{host}",
-    "//{host}",
-    "file://",
-    "http://{host} x",
-    "http://{host}, http://evil.example",
-    "http://{host}\r\nOrigin: http://evil.example",
-    "ws://{host}",
-    "data:",
-    "*",
-    "http://\xe4",
+    *(None, "", "null", "http://evil.example", "https://{host}", "http://{host}/", "http://{host}.evil.example"),
+    *("HTTP://{host}", "http://user@{host}", "http://127.0.0.1", "http://localhost", "{host}", "//{host}", "file://"),
+    *("http://{host} x", "http://{host}, http://evil.example", "http://{host}\r\nOrigin: http://evil.example"),
+    *("ws://{host}", "data:", "*", "http://\xe4"),
 )
 
 KINDS = (
-    None,
-    "",
-    "text/plain",
-    "multipart/form-data; boundary=x",
-    "application/x-www-form-urlencoded",
-    "application/jsonp",
-    "application/json, text/plain",
-    "text/json",
-    "application/ld+json",
-    "json",
-    "*/*",
-    "x" * 60_000,
+    *(None, "", "text/plain", "multipart/form-data; boundary=x", "application/x-www-form-urlencoded", "text/json"),
+    *("application/jsonp", "application/json, text/plain", "application/ld+json", "json", "*/*", "x" * 60_000),
 )
 
 OWN = "POST {path}fit HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Type: application/json\r\n"
@@ -218,6 +155,11 @@ BODIES: dict[str, bytes] = {
     "a long cell": json.dumps(
         {"columns": list(NEW_COLUMNS), "rows": [["V" * 1_000_000, "1", "2", "3", "V2", "yes"]]}
     ).encode(),
+    "words for rows": b'{"columns": 1, "rows": 2}',
+    "cells without columns": b'{"columns": [], "rows": [[]]}',
+    "a key without a row": b'{"revision": 1, "window": "w", "number": 0, "table": {"columns": [], "keys": ["a"]}}',
+    "a number for a name": b'{"revision": 1, "name": 3, "solid": 3}',
+    "an empty candidate": b'{"revision": "1", "decisions": [{"candidate": {}, "edit": {}}]}',
     "a formula": json.dumps(
         {"columns": list(NEW_COLUMNS), "rows": [["=cmd|x!A1", "=1", "+2", "@3", "V2", "yes"]]}
     ).encode(),

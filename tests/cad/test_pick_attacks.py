@@ -20,7 +20,21 @@ from cad.session.part import PickPart
 from cad.session.rows import NEW_COLUMNS
 
 EMPTY = {"columns": list(NEW_COLUMNS), "rows": []}
-ACTIONS = ("fit", "suggest", "read", "table", "keep", "save", "open", "seams", "decide", "promise", "touch")
+ACTIONS = (
+    "fit",
+    "suggest",
+    "read",
+    "table",
+    "keep",
+    "save",
+    "open",
+    "seams",
+    "decide",
+    "solid",
+    "outline",
+    "promise",
+    "touch",
+)
 ROW = ["V2", "812.29", "-240.62", "165.80", "V2", "yes"]
 KEYED = {"columns": list(NEW_COLUMNS), "rows": [ROW], "keys": ["a"]}
 LONGEST_ANSWER = 20_000

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +10,12 @@ import jsonschema
 import numpy as np
 import pytest
 
-from cad.pick.shared_seams import SharedSeams, said_in, start_seams
-from cad.session.part import PickPart, read_pick_part
+from cad.pick.shared_seams import SharedSeams, start_seams
+from cad.session.part import PickPart
 from cad.session.session import PickSession
-from cad.workpiece.seams import SeamChoice
 from tests.running import run_here
 from wpcal.core.errors import InputError
 from wpcal.core.schemas import schema_text
-from wpcal.seam.options import Judging
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
@@ -48,26 +45,6 @@ def candidates_of(seams: dict[str, Any]) -> list[dict[str, Any]]:
 
 def accepted(answer: dict[str, Any]) -> dict[str, bool]:
     return {seam["name"]: seam["accepted"] for seam in answer["seams"]}
-
-
-def test_what_is_said_about_solids_is_found_anew_kept_and_told(tee_for_the_picker: PickPart, tmp_path: Path) -> None:
-    def search(judging: Judging) -> PickPart:
-        options = replace(tee_for_the_picker.seam_options, judging=judging)
-        return read_pick_part(TEE, options=options, choice=SeamChoice())
-
-    out = tmp_path / "taught.csv"
-    shared, _ = start_seams(PickSession(tee_for_the_picker), TEE, out, search=search)
-    first = decided(shared, ("W1", {"reject": True}))
-    answer = shared.say("web", False, revision=first["revision"])
-    assert not any(accepted(answer).values())
-    assert answer["options"] == "--not web"
-    assert [one["said"] for one in answer["members"]] == [None, False]
-    assert said_in(tmp_path / "tee.seams.json") == Judging(not_welded=("web",))
-    assert shared.say("web", True, revision=-1)["is_stale"]
-    with pytest.raises(InputError, match="nothing can be said"):
-        shared.say("no such solid", True, revision=answer["revision"])
-    again = shared.say("web", None, revision=answer["revision"])
-    assert (accepted(again), again["options"]) == (accepted(first), "")  # the decision about W1 is still there
 
 
 def test_decisions_are_carried_out_and_kept_for_the_commands(shared: SharedSeams, tmp_path: Path) -> None:

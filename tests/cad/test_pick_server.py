@@ -7,10 +7,9 @@ import socket
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import pytest
-from picker_server import JSON, WHOLE_REQUEST_S, Running, serving
+from picker_server import WHOLE_REQUEST_S, Running, serving
 
 from cad.pick.server import LARGEST_BYTES, PickServer
 from cad.session.part import PickPart
@@ -35,60 +34,10 @@ def test_the_page_answers_at_its_whole_address(running: Running) -> None:
     assert not {"Access-Control-Allow-Origin", "Server"} & set(headers)
 
 
-@pytest.mark.parametrize("path", ["/", "", "/x/", "/fit", "//", "/%2e%2e/", "/AAAAAAAAAAAAAAAAAAAAAAAA/", "/%E9/"])
-def test_without_the_token_there_is_nothing(running: Running, path: str) -> None:
-    status, _, _ = running.ask("GET", path, {})
-    assert status == 404
-
-
-@pytest.mark.parametrize(
-    "host", ["localhost", "evil.example", "127.0.0.1", "127.0.0.1:1", "", "127.0.0.1.evil.example"]
-)
-def test_another_name_for_this_machine_is_refused(running: Running, host: str) -> None:
-    status, _, _ = running.ask("GET", running.path, {"Host": host})
-    assert status in (400, 421)
-    status, _ = running.post("fit", EMPTY, Host=host)
-    assert status in (400, 421)
-
-
-@pytest.mark.parametrize("origin", ["null", "http://evil.example", "http://localhost", "https://127.0.0.1", ""])
-def test_another_page_is_refused(running: Running, origin: str) -> None:
-    assert running.post("save", EMPTY, Origin=origin)[0] == 403
-    assert running.ask("POST", running.path + "save", {"Content-Type": JSON}, EMPTY)[0] == 403
-
-
-@pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data", ""])
-def test_what_a_form_can_send_is_refused(running: Running, kind: str) -> None:
-    assert running.post("save", EMPTY, Content_Type=kind)[0] == 415
-
-
 def test_only_what_the_page_uses_is_there(running: Running) -> None:
     assert running.ask("GET", running.path + "save", {})[0] == 405
     assert running.ask("PUT", running.path + "save", {"Origin": running.origin}, EMPTY)[0] == 405
     assert running.post("other", EMPTY)[0] == 404
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        [],
-        3,
-        None,
-        {"columns": 1, "rows": 2},
-        {"columns": [], "rows": [[]]},
-        EMPTY,
-        {"revision": 1, "window": "w", "number": 0, "table": {**EMPTY, "keys": ["a"]}},
-        {"revision": True},
-        {"revision": 1, "name": 3},
-        {"revision": "1", "decisions": [{"candidate": {}, "edit": {}}]},
-    ],
-)
-@pytest.mark.parametrize("name", ["fit", "save", "read", "keep", "open", "decide"])
-def test_nonsense_is_one_line(running: Running, name: str, body: Any) -> None:
-    status, answer = running.post(name, body)
-    assert status == 200
-    assert "\n" not in answer["fault"]["message"]
-    assert "internal error" not in answer["fault"]["message"]
 
 
 def test_half_a_character_is_refused_and_a_whole_one_taken(running: Running) -> None:

@@ -18,7 +18,7 @@ HINTS: Mapping[str, str] = {
     ErrorCode.NOTHING_ACCEPTED: "--all",
     ErrorCode.FEATURES_NOT_CHOSEN: "--touch",
     ErrorCode.MARK_UNKNOWN: "--marked",
-    ErrorCode.SOLID_UNKNOWN: "--weld, --not",
+    ErrorCode.SOLID_UNKNOWN: "--weld, --not, --member",
     ErrorCode.EDGE_UNKNOWN: "--edge, --add-edge",
     ErrorCode.PORT_UNUSABLE: "--port",
     ErrorCode.WELD_RULES_MISSING: "--weld-rules",

@@ -113,12 +113,24 @@ class ToolError(Record):
     along_mm: NotNegative = D("Standard deviation along the wire, with its stick-out.")
 
 
+class ListedMember(Record):
+    name: str = D("That of the solid, or of one of its members: frame/2.")
+    kind: str = D("Bought or cut as: plate 10 mm. Empty for a solid of several members, or of none.")
+    thickness_mm: NotNegative
+    length_mm: NotNegative
+    density_kg_m3: NotNegative = D("As the file states it, or that of its metal; steel if nothing is known.")
+    mass_kg: float = D("The members of a solid together weigh what the solid does; the share of each is an estimate.")
+    weld_mm: NotNegative = D("Length of the accepted seams on it.")
+    seams: list[str] = D("Their names.")
+
+
 class Member(Record):
     solid: str
     taken_as: str = D("steel, a bolt or screw, wood, …")
     factor: Share = D("The score of each of its seams was multiplied by it; 1 for a member.")
     why: list[str] = D("The evidence in words.")
     said: bool | None = D("Whether a person said that it can be welded; null if nobody said anything.")
+    listed: Maybe[list[ListedMember]] = D("The solid, then its members if it was several (wpcal seams --json).")
 
 
 class Units(Record):

@@ -29,9 +29,16 @@ class Torch(TorchShape):
     pass
 
 
+class SaidMember(Record, rename={"is_": "is"}):
+    member: str = D("Name of a solid, or of a member of one: frame/2.")
+    is_: str = D("plate, bar, tube, profile, piece, cast, weldment, or the name of another member.")
+    at_part_mm: Vector | None = D("The middle of the box around it when that was said, in part, mm.")
+
+
 class Judging(Record, rename={"not_": "not"}):
     weld: list[str] = D("Names of solids that can be welded (--weld).")
     not_: list[str] = D("Names of solids that are not welded (--not).")
+    members: Maybe[list[SaidMember]] = D("What members are said to be (--member).")
     level: Literal["strict", "usual", "generous"]
     least_confidence: Share = D("A candidate with at least this confidence is accepted.")
 

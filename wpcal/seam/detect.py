@@ -38,6 +38,7 @@ from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.limits import WIDE_GAPS
 from wpcal.seam.member.one_piece import are_welded_corners, are_weldments
+from wpcal.seam.member.said import said_about
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -216,6 +217,7 @@ def _inside_solids(
     if options.concave is ConcaveEdges.AUTO:
         solids = solids[are_weldments(graph, trimmed, solids, gap_mm)]
         own = are_welded_corners(graph, trimmed, wall, base, gap_mm)
+        own |= said_about(graph, trimmed, options.judging).are_joints(wall, base)
     searched = np.isin(np.arange(len(graph.solid_names)), solids)
     mitres = find_mitres(graph, trimmed, searched)
     left_out = mitres.pieces.edge

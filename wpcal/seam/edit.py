@@ -23,7 +23,7 @@ from wpcal.core.records import read_json
 from wpcal.seam.edited_run import framed, is_loop, joined_run, judged_anew, marks_in, part_of
 from wpcal.seam.judge.last_check import refuse_frames_in_material
 from wpcal.seam.judge.leans import with_leans
-from wpcal.seam.options import SeamOptions
+from wpcal.seam.options import Judging, SaidMember, SeamOptions
 from wpcal.seam.path.cut import middles
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.record import SEAMS_SCHEMA
@@ -69,15 +69,31 @@ def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
     return tuple(found)
 
 
+def read_judging(path: Path) -> Judging:
+    """Read what a person said about solids and members in a ``seams.json``; errors as for `read_edits`."""
+    said = read_json(path, schema=SEAMS_SCHEMA).get("judging") or {}
+    try:
+        weld, not_welded = (tuple(map(str, said.get(key) or ())) for key in ("weld", "not"))
+        places = [(one, one.get("at_part_mm")) for one in said.get("members") or ()]
+        members = [SaidMember(str(one["member"]), str(one["is"]), at and _point(at)) for one, at in places]
+        return Judging(weld, not_welded, tuple(members))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise FormatError(f"judging: expected lists weld, not, members: {error}", path=str(path)) from None
+
+
 def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
     """Return the candidate that a record describes. Raises `FormatError` if something is missing."""
     try:
-        x, y, z = map(_length, record["start_part_mm"])
-        u, v, w = map(_length, record["middle_part_mm"])
-        return Candidate(str(record["name"]), (x, y, z), (u, v, w), _length(record["length_mm"]))
+        start_mm, middle_mm = (_point(record[key]) for key in ("start_part_mm", "middle_part_mm"))
+        return Candidate(str(record["name"]), start_mm, middle_mm, _length(record["length_mm"]))
     except (KeyError, TypeError, ValueError, OverflowError):
         message = f"seam {label}: its edit needs a whole candidate (name, start_part_mm, middle_part_mm, length_mm)"
         raise FormatError(message, path=path) from None
+
+
+def _point(value: Any) -> tuple[float, float, float]:
+    x, y, z = map(_length, value)
+    return x, y, z
 
 
 def _length(value: Any) -> float:

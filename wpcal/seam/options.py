@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -45,6 +46,28 @@ class StepOptions:
             raise InputError(f"min_step_mm must be between 0 and max_step_mm, got {self.min_step_mm}")
 
 
+STOCK = ("plate", "bar", "tube", "profile", "piece")  #: What a person may say of a member that is welded as a whole.
+WELDMENT, CAST = "weldment", "cast"
+KINDS = (*STOCK, WELDMENT, CAST)
+
+
+@dataclass(frozen=True, slots=True)
+class SaidMember:
+    """What a person says about one member."""
+
+    member: str  #: Its name: that of a solid, or ``frame/2``.
+    word: str  #: One of `KINDS`, or the name of another member: the two are one.
+    at_mm: tuple[float, float, float] | None = None  #: Where its middle was when it was said, in `part`, mm.
+
+
+def read_said(typed: Sequence[str]) -> tuple[SaidMember, ...]:
+    """Read ``NAME=KIND``, each. Raises `InputError` if one of the two is missing, or something is said twice."""
+    said = tuple(SaidMember(name, word) for name, _, word in (text.rpartition("=") for text in typed))
+    if not all(one.member and one.word for one in said) or len({one.member for one in said}) < len(said):
+        raise InputError(f"--member: expected NAME=KIND, such as frame/2=plate, once per name, got {', '.join(typed)}")
+    return said
+
+
 @dataclass(frozen=True, slots=True)
 class Judging:
     """What a person says about members, and how sure a seam must be."""
@@ -63,6 +86,15 @@ class Judging:
         metavar="NAME",
         many=True,
     )
+    members: tuple[SaidMember, ...] = opt(
+        (),
+        "What a member is (--all lists them): plate, bar, tube, profile or piece: welded to others, not in itself; "
+        "cast (or bought): not welded; weldment: its inner corners are welds; the name of another one: both are one.",
+        "--member",
+        metavar="NAME=KIND",
+        many=True,
+        read=read_said,
+    )
     level: Level = opt(
         Level.USUAL,
         "How sure a seam must be.",
@@ -71,6 +103,13 @@ class Judging:
             "--generous": (Level.GENEROUS, "Accept also what one doubtful finding speaks against."),
         },
     )
+
+    def after(self, before: Judging) -> Judging:
+        """Return what is said here, and what was said before about others."""
+        known = {*self.weld, *self.not_welded, *(one.member for one in self.members)}
+        weld, not_welded = (tuple(one for one in own if one not in known) for own in (before.weld, before.not_welded))
+        members = tuple(one for one in before.members if one.member not in known)
+        return Judging(self.weld + weld, self.not_welded + not_welded, self.members + members, self.level)
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,7 +54,7 @@ def seams_record(
         "robot_space": space.value,
         "torch": without_none(asdict(torch)),
         "T_base_part": None if T_base_part is None else T_base_part.matrix.tolist(),
-        **({} if notes is None else notes.to_record()),
+        **({} if notes is None else notes.to_record(seams)),
         **({} if join_mm is None else {"join_mm": join_mm}),
         "seams": [
             {**_seam_record(seam), "frames": frames}

@@ -60,7 +60,10 @@ class Rule(Enum):
         "No torch welds inside material.",
         "shape: tip and wire at every station",
     )
-    SAID_NOT = RuleRow(0.01, "You said that a solid is not welded (`--not`).", "You know the part.", "your word")
+    SAID_NOT = RuleRow(
+        0.01, "You said that a solid is not welded (`--not`, `--member`).", "You know the part.", "your word"
+    )
+    SAID_ONE = RuleRow(0.01, "You said that both sides are one (`--member`).", "You know the part.", "your word")
     SAME_ROOM = RuleRow(
         0.05,
         "A solid fills room that another solid fills.",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.repeats import Firsts, copy_added_edges, find_copies
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
+from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.seam.copies import CopiedSeams, renumbered
 from wpcal.seam.detect import find_seam_candidates, judge_candidates
@@ -24,6 +23,7 @@ from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.member.one_piece import are_welded_corners
+from wpcal.seam.member.said import said_about
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.turning import OPPOSED_REASON
 from wpcal.seam.seam import Seam, SeamPieces
@@ -73,7 +73,8 @@ def find_part_seams(
     graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, cross: Cross, mark: Mark | None = None
 ) -> PartSeams:
     """Find the seams of a part."""
-    once = _once_per_group(graph, trimmed, options, cross) if mark is None else None
+    is_plain = mark is None and not options.judging.members
+    once = _once_per_group(graph, trimmed, options, cross) if is_plain else None
     trimmed = without_beads(graph, trimmed)
     if once is not None:
         wide, found = once
@@ -126,7 +127,11 @@ def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: C
     if len(pairs):
         graph, sections, issues = cross(graph, pairs)
         trimmed = trimmed.with_graph(graph)
-    may = partial(are_welded_corners, graph, trimmed, gap_mm=options.gap_for(graph))
+    said, gap_mm = said_about(graph, trimmed, options.judging), options.gap_for(graph)
+
+    def may(wall: IntArray, base: IntArray) -> BoolArray:
+        return are_welded_corners(graph, trimmed, wall, base, gap_mm) | said.are_joints(wall, base)
+
     graph, beads = add_beads(graph, trimmed, options, may)
     graph, flares = add_grooves(graph, trimmed, options)
     return _Added(graph, sections, beads, flares, issues)

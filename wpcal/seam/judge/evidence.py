@@ -29,6 +29,7 @@ from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_bolt_holes, find_clamps
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members, are_welded, take_members
+from wpcal.seam.member.said import Said, said_about
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, Rule, confidence_of
 from wpcal.seam.seam import Finding, Seam, SeamSource
@@ -55,11 +56,12 @@ def judge_seams(
     """
     if not seams:
         return ()
+    is_joint = [judge.said.are_joints(seam.pieces.wall, seam.pieces.base).all() for seam in seams]
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     found = []
     for row, seam in enumerate(seams):
         kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
-        found.append([*judge.evidence(seam), *concave.get(row, ()), *kept])
+        found.append([*judge.evidence(seam), *(() if is_joint[row] else concave.get(row, ())), *kept])
     judge.add_shape_evidence(seams, found)
     judged = []
     for seam, own in zip(seams, found, strict=True):
@@ -118,6 +120,7 @@ class Judge:
     graph: BrepGraph
     number: dict[str, int]  #: Numbers of the solids by their names.
     members: Members
+    said: Said  #: What a person says about members.
     rolling: dict[int, str]  #: Solids that roll or lie loose, with the words for it.
     holes: Holes
     hole_of_face: dict[int, int]  #: The row of each face in `holes`.
@@ -154,7 +157,8 @@ class Judge:
             clamps[clamp.solids].append(clamp)
         gap_mm, min_mm, level = options.gap_for(graph), options.min_length_mm, options.judging.level
         rolling = find_rolling(graph, trimmed, gap_mm)
-        known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
+        said = said_about(graph, trimmed, options.judging)
+        known = (graph, number, members, said, rolling, holes, hole_of_face, dict(clamps))
         play = with_play(graph, trimmed, options).play or ()
         options_of = (gap_mm, min_mm, level, has_marks, options.reach)
         alike = np.arange(len(graph.solid_names)) if like is None else like
@@ -182,6 +186,7 @@ class Judge:
             yield Rule.IN_MATERIAL.found(f"{in_material_words(seam)}{hiding_words(seam)}")
         elif seam.blocked_by:
             yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{assumed_words(self.reach)}")
+        yield from self.said.against(seam.pieces)
         for solid in solids:
             yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:

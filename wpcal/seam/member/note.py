@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.solid_facts import SolidFacts, facts_of
@@ -18,9 +19,12 @@ from wpcal.seam.find.covered import covered_by
 from wpcal.seam.member.fasteners import Fastener, find_fasteners
 from wpcal.seam.member.names import Hit, read_material, read_name
 from wpcal.seam.member.words import IRON, METALS, NOT_METAL, Kind
-from wpcal.seam.options import Judging, Play
+from wpcal.seam.options import CAST, KINDS, Judging, Play
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Finding, Seam
+
+if TYPE_CHECKING:
+    from wpcal.seam.member.listed import Listed
 
 LIGHTEST_METAL_KG_M3 = 1600.0
 """Magnesium, the lightest metal that is welded, has 1740; glass-filled plastic may have 1600."""
@@ -69,6 +73,7 @@ class MemberNotes:
     judging: Judging
     members: tuple[Member, ...]  #: In the order of the solids.
     play: tuple[Play, ...] = ()  #: The gaps that joints of the part have by design.
+    listed: tuple[Listed, ...] = ()  #: The members of the solids, with sizes and weights, if somebody asked for them.
     unused: tuple[str, ...] = ()  #: Patterns of a person that decide about no solid of this part.
 
     def with_shapes(self, seams: Sequence[Seam]) -> MemberNotes:
@@ -92,17 +97,24 @@ class MemberNotes:
         )
         return replace(self, members=members)
 
-    def to_record(self) -> dict[str, Any]:
-        """Return the entries ``judging``, ``members`` and ``play`` of ``seams.json``."""
-        said = self.judging
+    def to_record(self, seams: Sequence[Seam] = ()) -> dict[str, Any]:
+        """Return the entries ``judging``, ``members`` and ``play`` of ``seams.json``, with the seams on members."""
+        said, listed, on = self.judging, defaultdict[str, dict[str, Any]](dict), defaultdict[int, list[Seam]](list)
+        words = [{"member": one.member, "is": one.word, "at_part_mm": one.at_mm} for one in said.members]
+        for seam in (seam for seam in seams if self.listed and seam.accepted):
+            for face in {*seam.pieces.wall.tolist(), *seam.pieces.base.tolist()}:
+                on[face].append(seam)
+        for one in self.listed:
+            listed[self.members[one.solid].solid].setdefault("listed", []).append(one.to_record(on))
         return {
             "judging": {
                 "weld": list(said.weld),
                 "not": list(said.not_welded),
+                **({"members": words} if words else {}),
                 "level": said.level.name.lower(),
                 "least_confidence": said.level.value,
             },
-            "members": [one.to_record() for one in self.members],
+            "members": [{**one.to_record(), **listed[one.solid]} for one in self.members],
             "play": [{"gap_mm": one.gap_mm, "joints": one.joints} for one in self.play],
         }
 
@@ -139,7 +151,7 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
         first = graph.solid_names[instead[solid]] if instead[solid] >= 0 else None
         own = _Evidence(name, facts[solid], common, fasteners.get(solid), first)
         members.append(own.member(said[solid]))
-    used = {pattern for _, pattern in filter(None, said)}
+    used = {typed.partition(" ")[2] for _, typed in filter(None, said)}
     unused = tuple(one for one in (*judging.weld, *judging.not_welded) if one not in used)
     return Members(MemberNotes(judging, tuple(members), unused=unused), fasteners)
 
@@ -159,8 +171,8 @@ class _Evidence:
         named = read_name(plain_name(self.name)) if plain_name(self.name) not in self.common else ()
         metal = next((hit.kind for hit in (*written, *named) if hit.kind in METALS), None)
         if said is not None:
-            can, pattern = said
-            words = f"you said so ({'--weld' if can else '--not'} {pattern})"
+            can, typed = said
+            words = f"you said so ({typed})"
             said_not = () if can else (Rule.SAID_NOT.found(f"{self.name} is not welded: {words}"),)
             return Member(self.name, "a member" if can else "not welded", said_not, (words,), metal, can)
         if named and named[0].kind is Kind.WELD_NUT and self.copy_of is None:
@@ -231,16 +243,19 @@ def _labels(name: str, facts: SolidFacts) -> tuple[str, ...]:
 
 
 def _said(labels: Sequence[tuple[str, ...]], judging: Judging) -> list[tuple[bool, str] | None]:
-    """Return for each solid what a person said, with the pattern."""
+    """Return for each solid what a person said, with the words of a command."""
     found: list[tuple[bool, str] | None] = [None] * len(labels)
-    patterns = [(pattern, True) for pattern in judging.weld] + [(pattern, False) for pattern in judging.not_welded]
-    for pattern, can in sorted(patterns, key=lambda item: (_letters(item[0]), not item[1])):
+    patterns = [(name, True, f"--weld {name}") for name in judging.weld]
+    patterns += [(name, False, f"--not {name}") for name in judging.not_welded]
+    kinds = (one for one in judging.members if one.word in KINDS)
+    patterns += [(one.member, one.word != CAST, f"--member {one.member}={one.word}") for one in kinds]
+    for pattern, can, typed in sorted(patterns, key=lambda item: (_letters(item[0]), not item[1])):
         plain = pattern.casefold().replace("[", "[[]")
         fitting = [row for row, own in enumerate(labels) if any(fnmatchcase(one.casefold(), plain) for one in own)]
-        if not fitting and _letters(pattern) == len(pattern):
+        if not fitting and _letters(pattern) == len(pattern) and not typed.startswith("--member"):
             raise InputError(_unknown(pattern, labels), code=ErrorCode.SOLID_UNKNOWN)
         for row in fitting:
-            found[row] = (can, pattern)
+            found[row] = (can, typed)
     return found
 
 

@@ -59,6 +59,7 @@ FOR_MATERIAL = frozenset(_DATA["for_material"]["en"].split())  #: After a word f
 SIDES = frozenset(_DATA["sides"]["en"].split())  #: Words that follow the noun of a name.
 STANDARDS: dict[Kind, dict[str, str]] = {Kind[name]: bodies for name, bodies in _DATA["standards"].items()}
 """Numbers of standards by kind and by the body that issued them."""
+DENSITY_KG_M3: dict[Kind, float] = {Kind[name]: value for name, value in _DATA["density_kg_m3"].items()}
 CODES: tuple[tuple[Kind, str], ...] = (
     (Kind.FASTENER, r"m(?:[2-9]|[1-3]\d|1\.6|2\.5)(?:x\d+(?:\.\d+)?){1,2}"),
     (Kind.BEARING, r"(?:6[0-3]\d|6[02389]\d\d|72\d\d|302\d\d|51[12]\d\d)(?:[ -]?(?:2rs1?|rs|zz|2z|llu|ddu))"),

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { foundSeams, SeamList } from "../src/seams/list.js";
-import { memberTable } from "../src/seams/members.js";
+import { memberTable, wordOf } from "../src/seams/members.js";
 
 const seam = (name, solids, length_mm, against = []) => ({
   ...{ name, solids, length_mm, against, joint: "tee", weld: "fillet", confidence: 0.9 },
@@ -62,5 +62,34 @@ test("a refused seam leads to what its solid is taken for", () => {
   assert.equal(
     memberTable([], () => {}),
     null,
+  );
+});
+
+test("members of a solid have rows of their own, and what is said of each is shown and said", () => {
+  const of = (name, kind, seams) => ({ name, kind, seams, length_mm: 100, mass_kg: 2, weld_mm: 80 });
+  const listed = [of("post", "", ["W2"]), of("post/1", "tube 50 x 50 x 4 mm", ["W2"]), of("post/2", "plate 10 mm", [])];
+  const members = [{ ...MEMBERS[0], listed }];
+  const judging = { weld: [], not: [], members: [{ member: "post/1", is: "post/2" }] };
+  assert.deepEqual(
+    listed.map((row) => wordOf(row, judging)),
+    ["rules", "post/2", "rules"],
+  );
+  assert.equal(wordOf({ name: "post", said: false }, judging), "not");
+  const said = [];
+  const table = memberTable(members, () => {}, { onSay: (...words) => said.push(words), judging });
+  const rows = [...table.querySelectorAll("tbody tr")].map((row) => row.textContent);
+  assert.equal(rows.length, 3);
+  assert.match(rows[1], /post\/1.*tube 50 x 50 x 4 mm.*one with post\/2.*100.*2\.00.*80/);
+  assert.match(table.querySelector("caption").textContent, /2\.00 kg/);
+  const [, first, second] = table.querySelectorAll(".tick");
+  for (const box of [first, second]) {
+    box.checked = true;
+    box.dispatchEvent(new Event("change"));
+  }
+  table.querySelector(".together").click();
+  assert.deepEqual(said, [["post/1", "post/2"]]);
+  assert.deepEqual(
+    foundSeams(SEAMS, "all", "post/1", members).map(({ name }) => name),
+    ["W2"],
   );
 });

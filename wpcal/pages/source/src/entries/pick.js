@@ -56,7 +56,8 @@ class Picker {
     };
     this.editor = new SeamEditor({ seams: data.seams, frames }, this.backend, onSeams, data.join_mm);
     this.seamsBox = el("div", { class: "seam-tables" });
-    const said = { onSay: (solid, word) => this.saySolid(solid, word), options: data.options };
+    const onLook = (name) => this.lookAtMember(name);
+    const said = { onSay: (name, word) => this.saySolid(name, word), onLook, judging: data.judging };
     this.allSeams = new AllSeams(this.editor, data.members, (row) => this.focusSeam(row), said);
     this.moving = new Moving(start.moving, {
       onChange: () => this.refit(),
@@ -142,13 +143,18 @@ class Picker {
     if (this.rows.rows.length) this.ask();
   }
 
-  /** A person says whether a solid can be welded. */
-  async saySolid(solid, word) {
-    this.editor.say(`finding the seams again: ${solid}`);
-    const warning = await this.backend.say(solid, word);
-    const done =
-      word === "rules" ? `${solid}: the rules decide` : `${solid}: ${word === "weld" ? "welded" : "not welded"}`;
-    this.editor.say(warning || done, warning ? "wrong" : "");
+  /** A person says what a solid or member is. */
+  async saySolid(name, word) {
+    this.editor.say(`finding the seams again: ${name}`);
+    const warning = await this.backend.say(name, word);
+    const known = { rules: "the rules decide", weld: "welded", not: "not welded" };
+    this.editor.say(warning || `${name}: ${known[word] ?? word}`, warning ? "wrong" : "");
+  }
+
+  /** Draws the borders of the faces of a member. */
+  async lookAtMember(name) {
+    const { answer } = await post("outline", { solid: name });
+    if (answer) this.scene.markMember(answer.p_mm);
   }
 
   change() {

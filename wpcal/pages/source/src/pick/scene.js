@@ -129,6 +129,13 @@ export class Scene {
     if (!this.seams[row].accepted && !box.checked) box.click();
   }
 
+  /** Lines along the borders of the faces of a member: pairs of points. */
+  markMember(pairs) {
+    this.viewer.clear("member");
+    const paths = pairs.map((points) => ({ points, color: CHOSEN }));
+    if (paths.length) drawOnTop(this.viewer.addPaths("member", paths, { width: 4 }));
+  }
+
   /** Lines, names and targets of the seams; errors only change the colours of the lines. */
   addSeams() {
     this.accepted = this.seams

@@ -8,7 +8,7 @@ export class PickerSeams {
   /**
    * @param {number} revision  of the seams in the page
    * @param {function({seams, frames})} onTheirs  another window decided something
-   * @param {function({members, options})} onSolids  what the solids are taken for
+   * @param {function({members, judging})} onSolids  what the solids and their members are
    */
   constructor(revision, onTheirs, onSolids) {
     Object.assign(this, { revision, onTheirs, onSolids, isAsking: false });
@@ -29,13 +29,14 @@ export class PickerSeams {
     this.isAsking = false;
     if (fault) throw new Refusal(fault.message);
     this.revision = answer.revision;
+    if (answer.members) this.onSolids(answer);
     if (!answer.is_stale) return { state: stateOf(answer), warning: answer.warning };
     this.onTheirs(stateOf(answer));
     throw new Refusal("Another window changed the seams at the same moment. Here they are; decide again.");
   }
 
   /**
-   * Says whether a solid can be welded; the seams are found anew, which may take as long as at the start.
+   * Says what a solid or member is; the seams are found anew, which may take as long as at the start.
    *
    * @returns {Promise<string>} why not, or why it is not kept, or nothing
    */

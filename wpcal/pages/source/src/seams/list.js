@@ -1,6 +1,6 @@
 // The list of seams with the reasons against those that are refused: to search, to sort, and to tick several.
 import { el, fixed, table } from "../dom.js";
-import { solidLinks } from "./members.js";
+import { memberRows, solidLinks } from "./members.js";
 
 const KINDS = { all: () => true, accepted: ({ accepted }) => accepted, refused: ({ accepted }) => !accepted };
 
@@ -60,7 +60,7 @@ export class SeamList {
 
   fill() {
     for (const button of this.kinds) button.setAttribute("aria-pressed", String(button.dataset.kind === this.kind));
-    const seams = foundSeams(this.seams, this.kind, this.words.value);
+    const seams = foundSeams(this.seams, this.kind, this.words.value, this.members);
     const columns = this.columns(seams);
     const { title, sign } = this.sort;
     const by = columns.find((column) => column.name === title)?.by;
@@ -123,12 +123,14 @@ export class SeamList {
   }
 }
 
-/** The seams of a kind (all, accepted, refused) whose line has every one of the words. */
-export function foundSeams(seams, kind, text) {
+/** The seams of a kind (all, accepted, refused) whose line has every one of the words; so have names of members. */
+export function foundSeams(seams, kind, text, members = []) {
+  const on = memberRows(members).filter((row) => row.seams);
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
   const has = (seam) => {
     const { name, joint, weld, solids } = seam;
-    const line = [name, joint, weld, ...solids, reasonsOf(seam)].join(" ").toLowerCase();
+    const those = on.filter((row) => row.seams.includes(name)).map((row) => row.name);
+    const line = [name, joint, weld, ...solids, ...those, reasonsOf(seam)].join(" ").toLowerCase();
     return words.every((word) => line.includes(word));
   };
   return seams.filter((seam) => KINDS[kind](seam) && has(seam));

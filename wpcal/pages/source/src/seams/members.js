@@ -1,41 +1,112 @@
-// What the solids of a part are taken for: members that can be welded, fasteners, and so on, and why.
-import { drawAllLines, el, table } from "../dom.js";
+// The members of a part: what they are and weigh, the welds on them, what the solids are taken for, and why.
+import { drawAllLines, el, fixed, table } from "../dom.js";
+
+/** What a person may say of a solid, and how it reads; of a member of a solid all but the first two. */
+const WORDS = {
+  weld: "weld",
+  not: "not",
+  plate: "plate",
+  bar: "bar",
+  tube: "tube",
+  profile: "profile",
+  piece: "one piece, welded to others",
+  cast: "cast or bought, not welded",
+  weldment: "welded of pieces",
+};
+const RULES = "rules";
+
+/** One row for each solid, and one for each of its members if it was several. */
+export function memberRows(members) {
+  return members.flatMap((member) => {
+    const [whole, ...parts] = member.listed ?? [];
+    return [{ ...whole, ...member, name: member.solid }, ...parts.map((part) => ({ ...part, solid: null }))];
+  });
+}
+
+/** What is said about a member by its name: one of the words, the name of the member with which it is one, or rules. */
+export function wordOf({ name, said = null }, judging) {
+  const own = judging?.members?.find(({ member }) => member === name);
+  if (own) return own.is;
+  return said === null ? RULES : said ? "weld" : "not";
+}
 
 /**
  * The table under the seams; null for a record without members.
  *
- * @param {{solid: string, taken_as: string, factor: number, why: string[]}[]} members
- * @param {function(string)} onFind  gets the name of a solid whose seams a person wants to see
- * @param {{onSay: function(string, string), options: string}} [said]  `onSay` gets the name of a solid and what is said
- *   about it: rules, weld or not; `options` say the same on a command line
+ * @param {{solid: string, taken_as: string, factor: number, why: string[], listed: object[]}[]} members
+ * @param {function(string)} onFind  gets the name of a solid or member whose seams a person wants to see
+ * @param {{onSay: function(string, string), judging: object}} [said]  `onSay` gets a name, and a word of
+ *   `wordOf`
  */
 export function memberTable(members, onFind, said = null) {
   if (!members.length) return null;
-  const button = ({ solid }) => {
-    const attributes = { type: "button", class: "find", title: `the seams of ${solid}`, onclick: () => onFind(solid) };
-    return el("button", attributes, solid);
+  const rows = memberRows(members);
+  const button = ({ name }) => {
+    const attributes = {
+      type: "button",
+      class: "find",
+      title: `faces and seams of ${name}`,
+      onclick: () => onFind(name),
+    };
+    return el("button", attributes, name);
   };
+  const number = (title, value) => ({ title, number: true, cell: (row) => (row.kind === undefined ? "" : value(row)) });
   const columns = [
-    { title: "solid", cell: button },
-    { title: "taken for", cell: ({ taken_as }) => taken_as },
-    { title: "why", cell: ({ why }) => why.join("; ") },
+    { title: "member", cell: button },
+    { title: "is", cell: ({ kind }) => el("span", { class: "size" }, kind ?? "") },
+    number("length mm", ({ length_mm }) => (length_mm ? fixed(length_mm, 0) : "")),
+    number("kg", ({ mass_kg }) => fixed(mass_kg, 2)),
+    number("weld mm", ({ weld_mm }) => fixed(weld_mm, 0)),
+    { title: "taken for", cell: ({ taken_as }) => taken_as ?? "" },
+    { title: "why", cell: ({ why }) => (why ?? []).join("; ") },
   ];
-  if (said) columns.push({ title: "you say", cell: (member) => choice(member, said.onSay) });
-  const rowOf = (member) => ({ id: idOf(members, member.solid), tabindex: -1, class: member.factor < 1 ? "dim" : "" });
-  const how = said?.options || "wpcal seams --weld NAME or --not NAME sets it right";
-  const caption = `what the solids are taken for; ${said?.options ? `as options: ${how}` : how}`;
-  return el("section", { id: "members" }, table(columns, members, { rowOf, caption }));
+  const ticked = new Set();
+  const together = el("button", { type: "button", class: "together", disabled: true }, "These two are one");
+  if (said) {
+    const onTick = (name, isOn) => {
+      if (isOn) ticked.add(name);
+      else ticked.delete(name);
+      together.disabled = ticked.size !== 2;
+    };
+    together.addEventListener("click", () => said.onSay(...ticked));
+    columns.unshift({ title: "", cell: ({ name }) => tickBox(name, onTick) });
+    columns.splice(3, 0, { title: "you say", cell: (row) => choice(row, said) });
+  }
+  const rowOf = ({ name, solid, factor }) => ({
+    id: solid ? idOf(members, name) : null,
+    tabindex: -1,
+    class: `${factor < 1 ? "dim" : ""}${solid ? "" : " of-solid"}`,
+  });
+  const how = said
+    ? "what you say is kept with the decisions about seams"
+    : "wpcal seams --member NAME=KIND, --weld NAME or --not NAME sets it right";
+  const parts = [
+    table(columns, rows, { rowOf, caption: `members${weightOf(rows)}, and what the solids are taken for; ${how}` }),
+  ];
+  if (said) parts.unshift(together);
+  return el("section", { id: "members" }, parts);
 }
 
-const WORDS = { rules: null, weld: true, not: false };
+/** The weight of the whole part. */
+function weightOf(rows) {
+  const kg = rows.reduce((sum, { solid, mass_kg }) => sum + (solid ? mass_kg : 0), 0);
+  return Number.isFinite(kg) ? ` (${fixed(kg, 2)} kg)` : "";
+}
 
-/** Whether a solid can be welded, as a person says it. */
-function choice({ solid, said }, onSay) {
-  const options = Object.entries(WORDS).map(([word, value]) =>
-    el("option", { value: word, selected: value === (said ?? null) }, word === "rules" ? "" : word),
-  );
-  const onchange = ({ target }) => onSay(solid, target.value);
-  return el("select", { class: "said", "aria-label": `${solid}: weld or not`, onchange }, options);
+function tickBox(name, onTick) {
+  const onchange = ({ target }) => onTick(name, target.checked);
+  return el("input", { type: "checkbox", class: "tick", "aria-label": `tick ${name}`, onchange });
+}
+
+/** What a member is, as a person says it. */
+function choice(row, { onSay, judging }) {
+  const word = wordOf(row, judging);
+  const words = Object.entries(WORDS).slice(row.solid ? 0 : 2);
+  const isOther = word !== RULES && !(word in WORDS); // the name of the member with which it is one
+  const all = [[RULES, ""], ...words, ...(isOther ? [[word, `one with ${word}`]] : [])];
+  const options = all.map(([value, text]) => el("option", { value, selected: value === word }, text));
+  const onchange = ({ target }) => onSay(row.name, target.value);
+  return el("select", { class: "said", "aria-label": `${row.name} is`, onchange }, options);
 }
 
 /** The names of the solids that a seam joins, each with a link to what the solid is taken for. */

@@ -1,0 +1,123 @@
+"""What a person says about members of a fused body: the seams follow, a file keeps it, and it can be undone."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from build123d import Box, Pos, export_step
+
+from cad.pick.shared_seams import start_seams
+from cad.session.part import PickPart, read_pick_part
+from cad.session.session import PickSession
+from cad.workpiece.seams import SeamChoice
+from tests.running import run_here
+from wpcal.core.errors import InputError
+from wpcal.seam import SeamOptions
+from wpcal.seam.options import Judging
+
+pytestmark = pytest.mark.usefixtures("kernel_here")
+TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
+BASE, TUBE, WEB = "SOLID/1", "SOLID/2", "SOLID/3"  # by size
+
+
+@pytest.fixture(scope="module")
+def fused(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plate with a web and a square tube on it, as one body."""
+    tube = Box(50, 50, 200) - Box(42, 42, 200)
+    body = (Pos(0, 0, 5) * Box(300, 200, 10) + Pos(0, 40, 60) * Box(280, 8, 100) + Pos(0, -65, 110) * tube).clean()
+    path = tmp_path_factory.mktemp("fused") / "fused.step"
+    export_step(body.solid(), path)
+    return path
+
+
+def listed(part: Path, *words: str | Path) -> dict[str, Any]:
+    ended = run_here("seams", part, *words, "--json")
+    assert (ended.returncode, ended.stderr) == (0, "")
+    record: dict[str, Any] = json.loads(ended.stdout)
+    return record
+
+
+def members(record: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    return {one["name"]: one for solid in record["members"] for one in solid["listed"]}
+
+
+def welds(record: dict[str, Any]) -> dict[str, float]:
+    return {name: one["weld_mm"] for name, one in members(record).items()}
+
+
+def test_members_are_listed_with_their_weights_and_welds(fused: Path) -> None:
+    found = members(listed(fused))
+    kinds = {name: one["kind"] for name, one in found.items()}
+    assert kinds == {"SOLID": "", BASE: "plate 200 x 10 mm", TUBE: "tube 50 x 50 x 4 mm", WEB: "bar 100 x 8 mm"}
+    kg = {name: one["mass_kg"] / 7850e-9 for name, one in found.items()}
+    assert kg["SOLID"] == pytest.approx(600_000 + 224_000 + 147_200, abs=20)
+    assert kg[BASE] + kg[TUBE] + kg[WEB] == pytest.approx(kg["SOLID"], abs=20)
+    assert kg[BASE] == pytest.approx(600_000, rel=0.1)
+    assert {name: one["weld_mm"] for name, one in found.items()} == {"SOLID": 760, BASE: 760, TUBE: 200, WEB: 560}
+
+
+def test_the_seams_follow_what_is_said(fused: Path) -> None:
+    one = listed(fused, "--member", f"{WEB}={BASE}")
+    assert welds(one) == {"SOLID": 200, BASE: 200, TUBE: 200, WEB: 0}
+    assert welds(listed(fused, "--member", f"{TUBE}=cast")) == {"SOLID": 560, BASE: 560, TUBE: 0, WEB: 560}
+    assert welds(listed(fused, "--member", "SOLID=piece"))["SOLID"] == 0
+    chain = ("--member", f"{WEB}={BASE}", "--member", f"{BASE}={TUBE}")
+    assert welds(listed(fused, *chain))["SOLID"] == 0
+
+
+def test_what_looks_milled_is_welded_if_a_person_says_so(tmp_path: Path) -> None:
+    step = tmp_path / "step.step"
+    export_step((Box(200, 200, 150) + Pos(0, 0, 125) * Box(100, 100, 100)).clean().solid(), step)
+    assert listed(step)["seams"] == []
+    assert welds(listed(step, "--member", "SOLID=weldment")) == {"SOLID": 400}
+
+
+def test_a_file_says_the_same_as_the_words_of_a_command_on_this_part_only(fused: Path, tmp_path: Path) -> None:
+    said = listed(fused, "--member", f"{TUBE}=cast")
+    file = tmp_path / "seams.json"
+    file.write_text(json.dumps(said), encoding="utf-8")
+    assert listed(fused, "--seams", file) == said
+    assert welds(listed(fused, "--seams", file, "--member", f"{TUBE}=tube")) == welds(listed(fused))
+    assert "no member has the name 'SOLID/2'; there is base plate" in refused(TEE, "--seams", file)
+    said["judging"]["members"][0]["at_part_mm"][0] += 1.0
+    file.write_text(json.dumps(said), encoding="utf-8")
+    assert "the part has changed, or is another one" in refused(fused, "--seams", file)
+
+
+def refused(part: Path, *words: str | Path) -> str:
+    ended = run_here("seams", part, *words)
+    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
+    return str(ended.stderr)
+
+
+def test_wrong_words_are_one_line(fused: Path) -> None:
+    told = {
+        "SOLID/9=plate": "no member has the name 'SOLID/9'; there is SOLID, SOLID/1",
+        f"{TUBE}=SOLID/9": "no member has the name 'SOLID/9'",
+        TUBE: "expected NAME=KIND, such as frame/2=plate",
+    }
+    for word, text in told.items():
+        assert text in refused(fused, "--member", word)
+    assert "once per name" in refused(fused, "--member", f"{TUBE}=bar", "--member", f"{TUBE}=tube")
+
+
+def test_what_is_said_in_the_picker_is_kept_for_commands_and_undone(fused: Path, tmp_path: Path) -> None:
+    def search(judging: Judging) -> PickPart:
+        return read_pick_part(fused, options=SeamOptions(judging=judging), choice=SeamChoice())
+
+    shared, _ = start_seams(PickSession(search(Judging())), fused, tmp_path / "taught.csv", search=search)
+    found = shared.changes_since(-1)
+    decisions = [{"candidate": found["seams"][-1]["candidate"], "edit": {"name": "last"}}]
+    first = shared.decide(decisions, revision=found["revision"])
+    said = shared.say(TUBE, "cast", revision=first["revision"])
+    assert (welds(said)["SOLID"], said["seams"][-1]["name"]) == (560, "last")
+    assert shared.say("SOLID", "not", revision=-1)["is_stale"]
+    with pytest.raises(InputError, match="no solid, product or instance"):
+        shared.say("no such member", "weld", revision=said["revision"])
+    file = tmp_path / "fused.seams.json"
+    assert shared.used_file == file
+    assert welds(listed(fused, "--seams", file)) == welds(said)
+    assert len(shared.outline(TUBE)["p_mm"]) > 12
+    undone = shared.say(TUBE, "rules", revision=said["revision"])
+    assert {**undone, "revision": 0} == {**first, "revision": 0}

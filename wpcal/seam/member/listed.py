@@ -1,0 +1,151 @@
+"""The members of a part as a person reads them: names, what each is, its size and weight, and the faces it has.
+
+A solid that is one member has the name of the solid. The members of one that was several are ``frame/1``, ``frame/2``,
+…, the largest first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.solid_facts import facts_of
+from wpcal.brep.surfaces import unit
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import FloatArray
+from wpcal.seam.find.built_up import SAME_THICKNESS, Surface, sampled_surface
+from wpcal.seam.member.members import ENDS_TOGETHER, Decomposition, Member, MemberKind, members_of
+from wpcal.seam.member.note import NO_MATERIAL_KG_M3, MemberNotes
+from wpcal.seam.member.one_piece import why_one_piece
+from wpcal.seam.member.words import DENSITY_KG_M3, Kind
+from wpcal.seam.seam import Seam
+
+LEAST_SHARE = 0.5  #: Of a solid that looks made in one piece, members explain so much if they are listed.
+MOST_SHARED = 0.5  #: What has more of its surface on a larger member is a part of that, as the wall of a tube.
+WIDEST_BAR_MM = 150.0  #: Flat bars are rolled up to this width (EN 10058); what is wider is cut from plate.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Listed:
+    """One member, or a solid of several."""
+
+    name: str
+    solid: int
+    faces: frozenset[int]
+    centre_mm: tuple[float, float, float]  #: Of the box around its faces, in `part`, mm.
+    kind: str = ""  #: In words; of a solid of several members, empty.
+    thickness_mm: float = 0.0
+    length_mm: float = 0.0
+    share: float = 1.0  #: Of the volume of the solid.
+    mass_kg: float = 0.0
+    density_kg_m3: float | None = None
+
+    def to_record(self, on: Mapping[int, Sequence[Seam]]) -> dict[str, Any]:
+        """Return plain values, with the length of the seams on its faces; `on`: by face."""
+        seams = {seam.name: seam.length_mm for face in sorted(self.faces) for seam in on.get(face, ())}
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "thickness_mm": round(self.thickness_mm, 3),
+            "length_mm": round(self.length_mm, 2),
+            "density_kg_m3": self.density_kg_m3,
+            "mass_kg": round(self.mass_kg, 4),
+            "weld_mm": round(sum(seams.values()), 2),
+            "seams": sorted(seams),
+        }
+
+
+def weighed_members(
+    graph: BrepGraph, trimmed: TrimmedFaces, notes: MemberNotes, volumes_mm3: Sequence[float]
+) -> MemberNotes:
+    """Return the notes with the members of all solids, and weights: as the file states the density, or by the metal.
+
+    The members of one solid weigh together what the solid weighs; what each of them does is an estimate.
+    """
+    listed = list[Listed]()
+    for solid, (taken, volume) in enumerate(zip(notes.members, volumes_mm3, strict=True)):
+        stated = facts_of(graph.solid_facts, solid).density_kg_m3
+        density = DENSITY_KG_M3[taken.metal or Kind.STEEL] if stated in (None, NO_MATERIAL_KG_M3) else stated
+        for one in list_members(graph, trimmed, solid):
+            listed.append(replace(one, density_kg_m3=density, mass_kg=one.share * volume * density * 1e-9))
+    return replace(notes, listed=tuple(listed))
+
+
+def list_members(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[Listed]:
+    """Return a solid, then its members if it was several."""
+    own = frozenset(np.flatnonzero(graph.face_solid == solid).tolist())
+    whole = Listed(graph.solid_names[solid], solid, own, _middle(trimmed, own))
+    found = members_of(graph, trimmed, solid)
+    if not found.members or (found.share < LEAST_SHARE and why_one_piece(graph, trimmed, solid) is not None):
+        return [whole]
+    surface = sampled_surface(graph, trimmed, solid)
+    members = []
+    for number, (one, known) in enumerate(_distinct(surface, found), 1):
+        faces = _own_faces(trimmed, one, known)
+        named = replace(whole, name=f"{whole.name}/{number}", faces=faces, centre_mm=_middle(trimmed, faces))
+        members.append(_sized(trimmed, surface, named, one))
+    if len(members) == 1:
+        return [replace(members[0], name=whole.name, faces=own, centre_mm=whole.centre_mm, share=1.0)]
+    total = sum(one.share for one in members)
+    return [whole, *(replace(one, share=one.share / total) for one in members if total)]
+
+
+def _distinct(surface: Surface, found: Decomposition) -> Iterator[tuple[Member, frozenset[int]]]:
+    """Yield members with their faces: both sides of a sheet once, and no part of a larger member."""
+    sheets = [row for row, one in enumerate(found.members) if one.kind is MemberKind.SHEET]
+    other_side = dict(zip(sheets[::2], sheets[1::2], strict=False))
+    for row, (one, faces) in enumerate(zip(found.members, found.explained, strict=True)):
+        own = surface.face[np.isin(surface.face, list(one.faces))]
+        shared = max((np.isin(own, list(larger.faces)).sum() for larger in found.members[:row]), default=0)
+        if row not in other_side.values() and shared <= MOST_SHARED * len(own) and one.section.min() > 0.0:
+            other = found.members[other_side[row]].faces if row in other_side else frozenset[int]()
+            yield one, faces | one.rims | other
+
+
+def _own_faces(trimmed: TrimmedFaces, one: Member, faces: frozenset[int]) -> frozenset[int]:
+    """Return the faces that do not go on beyond a member: those of others that its section meets do."""
+    most_mm = one.thickness_mm if one.kind is MemberKind.PLATE else one.length_mm or np.inf
+    extent = {face: _extent(trimmed.heights(face, one.axis)) for face in faces}
+    return frozenset(
+        face for face in faces if extent[face] <= max((1.0 + ENDS_TOGETHER) * most_mm, min(extent.values()))
+    )
+
+
+def _sized(trimmed: TrimmedFaces, surface: Surface, named: Listed, one: Member) -> Listed:
+    """Return a member with its size in words and numbers, and with its volume, mm³, as its share."""
+    kind, t = one.kind, one.thickness_mm
+    rows = np.concatenate([np.arange(*trimmed.start[[face, face + 1]]) for face in sorted(named.faces)])
+    p, along = trimmed.p0[rows], trimmed.p1[rows] - trimmed.p0[rows]
+    short, long = sorted(one.section.tolist())
+    length_mm = one.length_mm or _extent(p @ one.axis)
+    if kind is MemberKind.PLATE:
+        x = unit(along[np.argmax(np.linalg.norm(along, axis=1))])
+        long, length_mm = sorted([_extent(p @ x), _extent(p @ np.cross(one.axis, x))])
+    is_solid = {MemberKind.ROUND: t >= long}.get(kind, kind in (MemberKind.BAR, MemberKind.BOX))
+    is_flat = kind in (MemberKind.PLATE, MemberKind.SHEET)
+    felt = surface.thick[np.isin(surface.face, list(named.faces))]
+    felt = felt[(np.abs(felt - t) <= SAME_THICKNESS * t) | (not is_flat)]
+    volume = short * long * length_mm if is_solid else len(felt) * surface.mm2 * t / 2.0
+    if kind in (MemberKind.TUBE, MemberKind.PROFILE):
+        t = float(np.median(np.append(felt, t)))  # of a wall; that of a member is a mean
+    if kind is MemberKind.BAR:
+        t, long, length_mm = sorted((short, long, length_mm))
+        kind = MemberKind.PLATE if long > WIDEST_BAR_MM else kind
+    sizes = {MemberKind.TUBE: [long, short, t], MemberKind.PROFILE: [long, short, t], MemberKind.SHEET: [t]}
+    words = " x ".join(f"{mm:.3g}" for mm in sizes.get(kind, [long, t]))
+    word = kind.value.replace(" or tube" if is_solid else "bar or ", "")
+    return replace(named, kind=f"{word} {words} mm", thickness_mm=t, length_mm=length_mm, share=volume)
+
+
+def _extent(heights: FloatArray) -> float:
+    return float(np.ptp(heights)) if len(heights) else 0.0
+
+
+def _middle(trimmed: TrimmedFaces, faces: frozenset[int]) -> tuple[float, float, float]:
+    low, high = (corner[sorted(faces)] for corner in trimmed.face_box)
+    x, y, z = ((low.min(axis=0) + high.max(axis=0)) / 2.0).tolist() if len(low) else (0.0, 0.0, 0.0)
+    return x, y, z
