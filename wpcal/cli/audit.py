@@ -14,6 +14,7 @@ from wpcal.cli.torch_options import TorchAsked
 
 if TYPE_CHECKING:
     from wpcal.controllers.audit import AuditReport
+    from wpcal.controllers.audit.fault import Fault
     from wpcal.controllers.audit.programs import Surroundings
     from wpcal.robot.torch.attitude import TorchSettings
     from wpcal.robot.torch.shape import TorchShape
@@ -89,6 +90,12 @@ def _surroundings(robot: str | None, tool: str | None, tip: TorchSettings, torch
     return replace(around, arm=find_arm(robot), T_flange_tool=parse_tool(tool)[0])
 
 
+def _line(fault: Fault) -> str:
+    place = f"{fault.place}: " if fault.place else ""
+    repair = f" [--fix writes {fault.repair}]" if fault.repair else ""
+    return f"  {place}{fault.message}{repair}"
+
+
 def _show(report: AuditReport, *, as_json: bool, repaired: tuple[str, ...] = ()) -> None:
     from wpcal.core.records import to_json
 
@@ -98,11 +105,7 @@ def _show(report: AuditReport, *, as_json: bool, repaired: tuple[str, ...] = ())
     for words in repaired:
         click.echo(f"repaired: {words}")
     for file in report.files:
-        click.echo(f"{file.path}: {file.kind}: {_count(len(file.faults))}")
-        for fault in file.faults:
-            place = f"{fault.place}: " if fault.place else ""
-            repair = f" [--fix writes {fault.repair}]" if fault.repair else ""
-            click.echo(f"  {place}{fault.message}{repair}")
+        click.echo("\n".join([f"{file.path}: {file.kind}: {_count(len(file.faults))}", *map(_line, file.faults)]))
     if report.not_audited:
         click.echo(f"not audited, other kinds of files: {', '.join(Path(one).name for one in report.not_audited)}")
     for checked in sorted({file.checked for file in report.files if file.checked}):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,14 +54,18 @@ def show_calibration(
     )
     if result.criterion_advice is not None:
         console.print(f"advice: {result.criterion_advice}", highlight=False, markup=False)
-    steps = next_steps(record or result.to_record())
-    for step in steps:
-        console.print(f"next: {step}", highlight=False, markup=False)
+    for line in _what_next(result, record or result.to_record()):
+        console.print(line, highlight=False, markup=False)
+
+
+def _what_next(result: CalibrationResult, record: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the next steps and the warnings that the verdict does not tell."""
+    steps = next_steps(record)
+    yield from (f"next: {step}" for step in steps)
     if steps:
-        console.print(f"help: {HELP_PAGE}", highlight=False, markup=False)
-    for issue in result.issues:
-        if issue.message not in result.judgement.sentence:
-            console.print(f"warning: {issue.message}", highlight=False, markup=False)
+        yield f"help: {HELP_PAGE}"
+    told = result.judgement.sentence
+    yield from (f"warning: {issue.message}" for issue in result.issues if issue.message not in told)
 
 
 def _points(result: CalibrationResult) -> Table:

@@ -13,6 +13,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from wpcal.study.drift import PartDrift, PartJobs
+    from wpcal.study.drift.pooled import CellErrors
     from wpcal.study.drift.watch import JobsAsked
 
 
@@ -53,7 +54,7 @@ def drift(
     beside = out.with_suffix(".json")
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{out}: expected the name of a page, as drift.html")
-    for path in (out, beside, *([cell_errors] if cell_errors else [])):
+    for path in filter(None, (out, beside, cell_errors)):
         require_new(path, overwrite=force)
     with shown_progress("reading jobs") as progress:
         jobs, failed = read_drift_jobs(folders, advance=lambda done: progress(f"reading jobs: {done}"))
@@ -73,10 +74,14 @@ def drift(
         click.echo(f"wrote {out} and {beside}")
     if cell_errors and pooled:
         write_file(cell_errors, to_json(pooled.to_record()), overwrite=force)
-        state = f"--sigma-mm {pooled.sigma_mm:.2g} --robot-mm {cell_errors}"
-        state += f" --tool-mm {cell_errors}" if pooled.tool else ""
-        click.echo(f"{pooled.field.describe()}; calibrate this cell with {state}", err=as_json)
+        click.echo(f"{pooled.field.describe()}; calibrate this cell with {_state(pooled, cell_errors)}", err=as_json)
     return 0
+
+
+def _state(pooled: CellErrors, file: Path) -> str:
+    """Return the options that state the errors of a cell."""
+    tool = f" --tool-mm {file}" if pooled.tool else ""
+    return f"--sigma-mm {pooled.sigma_mm:.2g} --robot-mm {file}{tool}"
 
 
 def _corrected(folders: Sequence[Path], parts: Sequence[PartDrift]) -> list[list[str]]:

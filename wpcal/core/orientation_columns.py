@@ -34,10 +34,14 @@ def orientations_of_table(table: Table, *, is_optional: bool = False) -> FloatAr
     values = read(QUATERNION_COLUMNS if quaternions else ANGLE_COLUMNS)
     if angles:
         return rotation_from_zyx(*np.deg2rad(values).T)
-    lengths = np.linalg.norm(values, axis=1)
+    _require_unit(values, table)
+    return rotation_from_quaternion(values)
+
+
+def _require_unit(quaternions: FloatArray, table: Table) -> None:
+    lengths = np.linalg.norm(quaternions, axis=1)
     off = np.abs(lengths - 1.0) > UNIT_LENGTH_ATOL
     if off.any():
         row = int(np.argmax(off))
         what = f"a unit quaternion has length 1, this one {lengths[row]:.4g}"
         raise FormatError(what, path=table.path, line=table.lines[row], column="qx")
-    return rotation_from_quaternion(values)

@@ -147,8 +147,8 @@ def read_table(path: Path) -> Table:
 SPREADSHEET_MARK = b"PK\x03\x04"  #: Spreadsheets of today are ZIP archives.
 
 
-def parse_table(raw: bytes, *, path: str) -> Table:
-    """Return the table that the bytes of a file hold; errors as in `read_table`."""
+def _text_of(raw: bytes, path: str) -> str:
+    """Return the text of a table; a file of another kind is named."""
     if raw.startswith(SPREADSHEET_MARK):
         raise FormatError("is a spreadsheet (or another ZIP archive): save the sheet as CSV", path=path)
     try:
@@ -159,6 +159,12 @@ def parse_table(raw: bytes, *, path: str) -> Table:
         raise FormatError("the file is empty; expected a header line and rows", path=path)
     if text.lstrip().startswith("ISO-10303-21"):
         raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=path)
+    return text
+
+
+def parse_table(raw: bytes, *, path: str) -> Table:
+    """Return the table that the bytes of a file hold; errors as in `read_table`."""
+    text = _text_of(raw, path)
     separator = _separator(text.lstrip().split("\n", 1)[0])
     lines, rows = _rows(text, separator, path)
     if not rows:

@@ -43,16 +43,11 @@ def reading_of_page(text: str, asked_s: float, *, group: str = "1") -> Reading:
     settings = SETTINGS.findall(before)
     if not found or len(settings) != 1:
         raise LinkError(f"{PAGE}: without {WORLD} or its frame and tool")
-    cells = COORDINATE.findall(world)
-    if [key for key, _ in cells] != list("XYZWPR"):
-        raise LinkError(
-            f"{PAGE}: expected X, Y, Z, W, P, R in the world, got {' '.join(key for key, _ in cells) or 'none'}"
-        )
     joints = numbers([value for _, value in JOINT.findall(before)])
     frame, tool = settings[0]
     configuration = CONFIGURATION.search(world)
     return Reading(
-        pose([value for _, value in cells]),
+        pose(_coordinates(world)),
         Setting(setting_name(tool)),
         Setting(setting_name(frame)),
         np.radians(joints),
@@ -168,3 +163,11 @@ def open_http(address: Address, credentials: Credentials) -> FanucLink:
 def open_ftp(address: Address, credentials: Credentials) -> FanucLink:
     """Return the link over FTP, for controllers whose web server is off."""
     return FanucLink(_FtpFiles(address, credentials), address.unit or "1")
+
+
+def _coordinates(world: str) -> list[str]:
+    cells = COORDINATE.findall(world)
+    names = "".join(key for key, _ in cells)
+    if names != "XYZWPR":
+        raise LinkError(f"{PAGE}: expected X, Y, Z, W, P, R in the world, got {' '.join(names) or 'none'}")
+    return [value for _, value in cells]

@@ -118,11 +118,15 @@ class TouchSetup:
                 if type(value) is int and not 0 <= value <= LARGEST_NUMBER:
                     raise InputError(f"{each.name}: expected a number from 0 to {LARGEST_NUMBER}, got {value}")
         for section in (self.fanuc, self.inform):
-            for each in fields(section):
-                last = each.name.replace("first_", "last_", 1)
-                if each.name != last and getattr(section, each.name) > getattr(section, last):
-                    first, end = getattr(section, each.name), getattr(section, last)
-                    raise InputError(f"{each.name} = {first} is after {last} = {end}")
+            _require_order(section)
+
+
+def _require_order(section: FanucSetup | InformSetup) -> None:
+    for each in fields(section):
+        last = each.name.replace("first_", "last_", 1)
+        if each.name != last and getattr(section, each.name) > getattr(section, last):
+            first, end = getattr(section, each.name), getattr(section, last)
+            raise InputError(f"{each.name} = {first} is after {last} = {end}")
 
 
 def _in_range(setup: TouchSetup, name: str, *, below: float, more_than: float | None = None) -> None:
