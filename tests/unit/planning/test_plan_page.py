@@ -33,12 +33,13 @@ def runs(cell, simple_plan):
 @pytest.fixture
 def opened(browser, tmp_path):
     """Open a page from a file; it must call nobody and complain of nothing."""
-    said, asked = [], []
+    said, asked, pages = [], [], []
 
     def open_page(html):
         path = tmp_path / "plan.html"
         path.write_text(html, encoding="utf-8")
         page = browser.new_page(viewport={"width": 1280, "height": 900})
+        pages.append(page)
         page.on("console", lambda message: said.append(message.text))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: asked.append(request.url))
@@ -47,6 +48,8 @@ def opened(browser, tmp_path):
         return page
 
     yield open_page
+    for page in pages:  # one that plays would draw beside all further tests
+        page.close()
     assert said == []
     assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
 

@@ -28,7 +28,7 @@ from wpcal.seam.seam import SeamPieces, SeamSource
 
 EXACT_MM = 1e-6  #: Planes and cylinders allow this; the cut itself is found to round-off.
 WIRE_MM = 1e-3  #: Where the wire touches a solid beside the seam is found by bisection.
-PARTS = ("crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "tee-beside-bolt")
+PARTS = ("crossed-tee", "tee-beside-bolt", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates")
 
 
 def seams_between(seams: tuple[Seam, ...], *solids: str) -> list[Seam]:

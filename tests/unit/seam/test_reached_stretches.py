@@ -52,7 +52,7 @@ def poses_between(seam: Seam) -> tuple[np.ndarray, np.ndarray]:
 def test_the_torch_meets_nothing_along_accepted_seams(name: str) -> None:
     graph = saved_graph(name)
     material = ExactMaterial(graph, TrimmedFaces.of(graph))
-    seams = [seam for seam in detect_seams(graph) if seam.accepted]
+    seams = [seam for seam in saved_seams(name) if seam.accepted]
     assert seams
     for seam in seams:
         torch = USUAL_TORCH.with_more_wire(seam.more_wire_mm)
@@ -62,7 +62,7 @@ def test_the_torch_meets_nothing_along_accepted_seams(name: str) -> None:
 def test_a_lean_changes_no_faster_than_asked_or_the_seam_says_where() -> None:
     changes = 0
     for name in ("boss-with-ribs", "tee-under-bar"):
-        for seam in detect_seams(saved_graph(name)):
+        for seam in saved_seams(name):
             if not seam.accepted or seam.lean_rad is None:
                 continue
             turn = np.degrees(np.linalg.norm(np.diff(seam.lean_rad, axis=0), axis=1))
