@@ -66,7 +66,7 @@ class Workpiece:
 
             return tuple(map(volume_mm3, solids))
 
-        return self.answer("volumes", (), compute)
+        return compute() if self.source is None else self.source.answer("volumes", (), compute)
 
     @property
     def size(self) -> str:
