@@ -1,16 +1,18 @@
 """Points of a planned seam between those of its file."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.one_robot_cells import TEE, fixed_cell
-from wpcal.planning.sequence.seam_task import seam_task
+from wpcal.planning.sequence.seam_search import is_swift, way_of_branch
+from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
-from wpcal.planning.sequence.torch_poses import angles_between, tool_on_seam
+from wpcal.planning.sequence.torch_poses import TorchPoses, angles_between, tool_on_seam
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations
 from wpcal.seam.seam import SeamFrames
 
@@ -60,3 +62,13 @@ def test_the_torch_leans_between_frames_as_a_program_leads_it():
     led = written(task.s_mm).as_matrix()[:, :, 2]
     assert np.abs(wire - led)[task.is_source].max() < 1e-9
     assert np.degrees(np.linalg.norm(wire - led, axis=1)).max() < 1.5  # it also turns about the wire between two leans
+
+
+def test_from_rung_to_rung_the_torch_leans_no_faster_than_along_a_seam():
+    s, still, both = np.array([0.0, 1.0, 40.0]), np.zeros((3, 2)), np.ones((3, 2), dtype=bool)
+    task = SeamTask("S", s, np.zeros((3, 3)), np.tile(np.eye(3), (3, 1, 1)), still, np.ones(3, dtype=bool))
+    angles = np.tile([[0.0, 0.0, 0.0], [np.radians(8.0), 0.0, 0.0]], (3, 1, 1))
+    poses = TorchPoses(np.arange(3), angles, np.tile(np.eye(4), (3, 2, 1, 1)), still, both)
+    usable, off = np.array([[1, 0], [1, 1], [0, 1]], dtype=bool), np.array([[0.0, 0], [1, 0], [0, 0]])
+    for forbids, way in ((None, [0, 1, 1]), (partial(is_swift, task, poses), [0, 0, 1])):
+        assert way_of_branch(np.zeros((3, 2, 6)), usable, off, np.ones(6), forbids) == way

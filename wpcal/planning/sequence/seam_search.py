@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 
 import numpy as np
@@ -39,6 +39,7 @@ from wpcal.planning.sequence.torch_poses import (
 )
 from wpcal.planning.sequence.withdraw import Withdrawal, withdraw, withdraws
 from wpcal.robot.kinematics.inverse import TURN, Broken, continue_branch, has_searched_roots, own_branch, solve_inverse
+from wpcal.seam.options import Reach
 
 MOST_CANDIDATES = 6  #: Kept per seam: the order of seams chooses among them.
 POSES_AT_ONCE = 8192  #: Poses whose joints are solved together: 3 MB of joints.
@@ -49,6 +50,8 @@ STEP_WEIGHT = 1.0  #: Of the squared joint steps, rad², per rung ...
 OFF_WEIGHT = 2.0
 """... and of the squared deviation of the torch from its target angles: a torch leans where that saves the arm more."""
 FARTHER = 4.0  #: Times the usual distance: beside a high wall the torch is clear only above it.
+LEAN_RAD_PER_MM = math.radians(Reach().lean_deg_per_mm)  #: As where seams are found.
+ROUND_OFF_RAD = 1e-9
 LARGEST_STEP_RAD = np.radians(75.0)
 """A joint that turns by more from one rung to the next swings through a singular pose."""
 
@@ -231,11 +234,11 @@ class SeamSearch:
         *,
         whole: bool,
     ) -> Climb:
-        usable = usable.copy()
+        usable, swift = usable.copy(), partial(is_swift, task, poses) if poses.off_rad.any() else None
         best = Climb(-1, None)
         seen: set[int] = set()
         for _ in range(CLIMBS):
-            way = way_of_branch(joints, usable, poses.off_rad, self.weights)
+            way = way_of_branch(joints, usable, poses.off_rad, self.weights, swift)
             if len(way) <= 1 or (whole and len(way) < len(poses.rungs)):
                 return best
             if int(poses.rungs[len(way) - 1]) <= best.last:
@@ -342,7 +345,26 @@ def _leading(good: BoolArray) -> int:
     return len(good) if good.all() else int(np.argmin(good))
 
 
-def way_of_branch(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, weights: FloatArray) -> list[int]:
+def is_swift(task: SeamTask, poses: TorchPoses, i: int, now: IntArray, before: IntArray) -> BoolArray:
+    """Tell whether the torch leans faster from poses of a rung to those of the next, i, than seams allow and do.
+
+    `now`, `before`: shapes (n,) and (m,). Poses at the two rungs.
+    """
+    rows = poses.rungs[[i - 1, i]]
+    asked = LEAN_RAD_PER_MM * (task.s_mm[rows[1]] - task.s_mm[rows[0]])
+    own = task.lean_rad[rows[1]] - task.lean_rad[rows[0]]
+    most = max(asked, float(np.hypot(*own))) + ROUND_OFF_RAD
+    a, b = poses.angles[i, now, :2].T, poses.angles[i - 1, before, :2].T
+    return np.asarray(np.hypot(*(x[:, None] - y for x, y in zip(a, b, strict=True))) > most)
+
+
+def way_of_branch(
+    joints: FloatArray,
+    usable: BoolArray,
+    off_rad: FloatArray,
+    weights: FloatArray,
+    forbids: Callable[[int, IntArray, IntArray], BoolArray] | None = None,
+) -> list[int]:
     r"""Return the states of the cheapest way of one branch from the first rung, as far as there is one.
 
     The cost is :math:`\sum_i w_o\,o_i^2 + w_s \sum_{i,j} K_j (2 - 2 \cos \Delta q_{ij})`: the cosine is the squared
@@ -352,13 +374,14 @@ def way_of_branch(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, we
     `usable`: shape (m, K).
     `off_rad`: shape (m, K). Deviation of the torch from its targets.
     `weights`: shape (6,). K_j, positive.
+    `forbids`: From a rung, states at it, shape (n,), and at the one before it, (m,), to which steps may not be taken.
     """
     q = np.nan_to_num(joints)
     ring = np.concatenate(sine_cosine(q), axis=2) * np.sqrt(np.tile(weights, 2))
 
     def step(i: int, now: IntArray, before: IntArray) -> FloatArray:
         squares = 2.0 * weights.sum() - 2.0 * product(ring[i, now], ring[i - 1, before].T)
-        swings = np.zeros(squares.shape, dtype=bool)
+        swings = np.zeros(squares.shape, dtype=bool) if forbids is None else forbids(i, now, before)
         for here, there in zip(q[i, now].T, q[i - 1, before].T, strict=True):  # long rows
             apart = np.abs(here[:, None] - there)
             swings |= np.abs(apart - TURN * np.rint(apart / TURN)) > LARGEST_STEP_RAD
