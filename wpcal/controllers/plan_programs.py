@@ -5,7 +5,7 @@ What a language needs is asked for before anything is planned (`refusals`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -18,7 +18,6 @@ from wpcal.controllers.judge.written import write_judged
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import Controller
-from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
@@ -60,8 +59,9 @@ def write_plan(
     """
     named, found, in_cell = {each.name: each for each in seams}, WrittenPlan(), _sweep(plan, seams, part)
     with _telling(found.refused, [each.name for each in writers]):
-        zones = _zones(in_cell, output.controller.zone_mm)
-        output = replace(output, zones=zones)
+        most_mm = output.controller.zone_mm
+        rounds = most_mm and not in_cell.has_moving_axes
+        output = replace(output, zones=partial(in_cell.zones, most_mm=most_mm) if rounds else None)
         carried = build_planned_program(plan, named, output)
     if found.refused:
         return found
@@ -95,10 +95,6 @@ def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial 
     ways = [q for way in plan.ways for q in (way.from_home, way.to_home)]
     more_mm = max((each.seam.more_wire_mm for each in seams), default=0.0)
     return CellSweep.of(plan.cell, part, [*plan.air, *ways], [piece.q for piece in plan.pieces], more_mm)
-
-
-def _zones(in_cell: CellSweep, zone_mm: float) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]] | None:
-    return None if in_cell.has_moving_axes or not zone_mm else partial(in_cell.zones, most_mm=zone_mm)
 
 
 def _with_corners(program: WeldProgram, output: PlanOutput, controller: Controller) -> WeldProgram:

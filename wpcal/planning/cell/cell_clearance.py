@@ -129,7 +129,8 @@ class CellClearance:
         self._measure = HullMeasure.of_pairs(self.pairs) if len(self.pairs) else None
         self._bodies = self.pairs.bodies
         self._capsules = PartCapsules.of(cell, self._bodies) if part is not None else None
-        self._floor = [row for row, body in enumerate(self._bodies) if _over_floor(body)]
+        own = [body.owner is Owner.ROBOT and body.link > 1 for body in self._bodies]
+        self._floor = np.flatnonzero(own).tolist()
         shapes = [self._bodies[row].shape for row in self._floor]
         count = [2 * len(shape.p) for shape in shapes]
         self._floor_ends = (
@@ -329,10 +330,6 @@ class CellClearance:
         if not found:
             return NOTHING
         return np.stack(np.broadcast_arrays(*found)) - level, np.array(which)
-
-
-def _over_floor(body: Body) -> bool:
-    return body.owner is Owner.ROBOT and body.link > 1
 
 
 def _corners(part: TriangleMaterial) -> FloatArray:

@@ -47,7 +47,8 @@ def build_ladder(problem: PlanningProblem, reachable: ReachablePlace, *, leaning
     angles that gives a state.
     """
     count = int(np.clip(round(problem.path.s_mm[-1] / RUNG_MM) + 1, FEWEST_RUNGS, MOST_RUNGS))
-    rungs = np.unique(_nearest(problem.path.s_mm, np.linspace(0.0, problem.path.s_mm[-1], count)))
+    s_mm = problem.path.s_mm
+    rungs = np.unique(np.abs(s_mm[:, None] - np.linspace(0.0, s_mm[-1], count)).argmin(axis=0))
     upright = attitudes_at(problem, reachable.place)
     tables, attitude, joints = [upright], *_states_at(problem, reachable, rungs, upright)
     for work, travel in _leans(problem) if leaning else ():
@@ -86,10 +87,6 @@ def _leans(problem: PlanningProblem) -> list[tuple[float, float]]:
     pairs = sorted(itertools.product(LEANS, LEANS), key=lambda pair: np.hypot(*pair))
     step = targets.torch_range_rad
     return [(targets.work_rad + step * a, targets.travel_rad + step * b) for a, b in pairs if (a, b) != (0.0, 0.0)]
-
-
-def _nearest(s_mm: FloatArray, target_mm: FloatArray) -> IntArray:
-    return np.asarray(np.abs(s_mm[:, None] - target_mm).argmin(axis=0), dtype=np.int64)
 
 
 def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> CandidatePath | None:

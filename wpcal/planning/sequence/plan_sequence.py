@@ -344,7 +344,7 @@ def _worked_out(work: _Work, unwelded: list[Unwelded], order: Order, prefer: Seq
     chosen = [work.pieces[at] for at in zip(order.stops, order.ways, strict=True)]
     air = tuple(work.air[key] for key in _moves(order))
     moving = sum(float(air_seconds(cell, path.q).sum()) for path in air)
-    moving += sum(_wire_seconds(cell, targets, piece) for piece in chosen)
+    moving += sum(AIR_STEP_MM * (len(each.before) + len(each.after)) / targets.air_speed_mm_s for each in chosen)
     values = sequence_values(cell, targets, [piece.candidate for piece in chosen], moving)
     work.progress("ways between home and each seam")
     found = work.planner.ways_from_home(np.array([piece.states[row] for row in (0, -1) for piece in chosen]))
@@ -359,7 +359,3 @@ def _left_out(stretches: Sequence[_Ways], lost: int, key: Move, why: str) -> Unw
     task = stretches[lost].candidates[0].task
     what = "no way along it is free" if key[0] == key[2] else f"no free way leads from {one} to {two}"
     return Unwelded(task.name, float(task.s_mm[0]), float(task.s_mm[-1]), f"{what}: {why}", is_searched=False)
-
-
-def _wire_seconds(cell: Cell, targets: SequenceTargets, piece: WeldPiece) -> float:
-    return AIR_STEP_MM * (len(piece.before) + len(piece.after)) / targets.air_speed_mm_s

@@ -20,7 +20,7 @@ from wpcal.robot.identify.error_summary import distances_mm, turns_deg
 from wpcal.robot.identify.genetic_tabu import GeneticTabuFit
 from wpcal.robot.identify.identification import Identification
 from wpcal.robot.identify.observations import PoseObservations
-from wpcal.robot.identify.parameters import Group, Parameter
+from wpcal.robot.identify.parameters import Group
 from wpcal.robot.kinematics.forward import LINK_SYMBOLS
 
 IDENTIFICATION_SCHEMA = "wpcal/identification/1"
@@ -113,7 +113,7 @@ def parameter_rows(result: Identification) -> list[dict[str, Any]]:
         rows.append(
             {
                 "name": parameter.name,
-                "unit": _unit(parameter),
+                "unit": "mm" if parameter.is_length else "deg",
                 "nominal": factor * nominal,
                 "identified": factor * (nominal + float(step)),
                 "change": factor * float(step),
@@ -126,10 +126,6 @@ def parameter_rows(result: Identification) -> list[dict[str, Any]]:
 
 def _symbol_order(name: str) -> int:
     return {"theta": 0, "d": 1, "beta": 1, "a": 2, "alpha": 3}[name.rstrip("0123456789")]
-
-
-def _unit(parameter: Parameter) -> str:
-    return "mm" if parameter.is_length else "deg"
 
 
 def measurement_base(result: Identification) -> RigidTransform:
