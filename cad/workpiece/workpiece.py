@@ -15,6 +15,7 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.script_shapes import script_shapes
 from cad.workpiece.step_file import StepFile
 from wpcal.brep import BrepGraph
+from wpcal.brep.repeats import solid_shapes
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
@@ -61,10 +62,11 @@ class Workpiece:
         """The volume of each solid, mm³; computed by the kernel when it is asked for first."""
 
         def compute() -> tuple[float, ...]:
-            solids = self.solids
+            solids, first = self.solids, solid_shapes(self.graph, self.trimmed).tolist()
             from cad.kernel.geometry import volume_mm3
 
-            return tuple(map(volume_mm3, solids))
+            known = {one: volume_mm3(solids[one]) for one in set(first)}
+            return tuple(known[one] for one in first)
 
         return compute() if self.source is None else self.source.answer("volumes", (), compute)
 

@@ -78,6 +78,16 @@ def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) ->
     return tuple(copies)
 
 
+def solid_shapes(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
+    """Return, for each solid, the first one of its shape; shape (S,)."""
+    if ("shape", 0) not in trimmed.known:
+        shape = np.arange(len(graph.solid_names))
+        for copy in find_copies(graph, trimmed, within_mm=-np.inf):
+            shape[copy.group.solids] = copy.first.solids
+        trimmed.known["shape", 0] = shape
+    return np.asarray(trimmed.known["shape", 0])
+
+
 def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterator[SolidGroup]:
     """Yield the groups of solids; a solid without faces belongs to none."""
     count = len(graph.solid_names)

@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
-from wpcal.brep.repeats import find_copies
+from wpcal.brep.repeats import solid_shapes
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -206,13 +206,3 @@ class _Places:
         for first, last in zip(*(ends.transpose(1, 0, 2) for ends in self.slabs), strict=True):
             met |= ((at - reach <= last[self.kind[row]]) & (at + reach >= first[self.kind[row]])).all(axis=1)
         return row[met], box[met]
-
-
-def solid_shapes(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
-    """Return, for each solid, the first one of its shape; shape (S,)."""
-    if ("shape", 0) not in trimmed.known:
-        shape = np.arange(len(graph.solid_names))
-        for copy in find_copies(graph, trimmed, within_mm=-np.inf):
-            shape[copy.group.solids] = copy.first.solids
-        trimmed.known["shape", 0] = shape
-    return np.asarray(trimmed.known["shape", 0])

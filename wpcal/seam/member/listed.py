@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
+from wpcal.brep.repeats import solid_shapes
 from wpcal.brep.solid_facts import facts_of
 from wpcal.brep.surfaces import unit
 from wpcal.brep.trim import TrimmedFaces
@@ -66,13 +67,25 @@ def weighed_members(
 
     The members of one solid weigh together what the solid weighs; what each of them does is an estimate.
     """
-    listed = list[Listed]()
+    listed, first, known = list[Listed](), solid_shapes(graph, trimmed), dict[int, list[Listed]]()
     for solid, (taken, volume) in enumerate(zip(notes.members, volumes_mm3, strict=True)):
         stated = facts_of(graph.solid_facts, solid).density_kg_m3
         density = DENSITY_KG_M3[taken.metal or Kind.STEEL] if stated in (None, NO_MATERIAL_KG_M3) else stated
-        for one in list_members(graph, trimmed, solid):
+        shape = int(first[solid])
+        known[shape] = known.get(shape) or list_members(graph, trimmed, shape)
+        for one in known[shape] if shape == solid else _at_copy(graph, trimmed, known[shape], solid):
             listed.append(replace(one, density_kg_m3=density, mass_kg=one.share * volume * density * 1e-9))
     return replace(notes, listed=tuple(listed))
+
+
+def _at_copy(graph: BrepGraph, trimmed: TrimmedFaces, listed: Sequence[Listed], solid: int) -> Iterator[Listed]:
+    """Yield the members of a solid that is a moved copy of the one that is listed."""
+    whole, name = listed[0], graph.solid_names[solid]
+    pairs = zip(*(np.flatnonzero(graph.face_solid == each).tolist() for each in (whole.solid, solid)), strict=True)
+    face_of = dict(pairs)
+    for one in listed:
+        faces, own = frozenset(face_of[face] for face in one.faces), name + one.name.removeprefix(whole.name)
+        yield replace(one, name=own, solid=solid, faces=faces, centre_mm=_middle(trimmed, faces))
 
 
 def list_members(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[Listed]:
