@@ -13,14 +13,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_686,
-    "lines of tests": 63_554,
+    "lines of wpcal and cad": 121_737,
+    "lines of tests": 63_444,
     "rooms": 21,
     "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
-    "functions with more than 6 parameters": 84,
-    "functions with more than 10 branches, per thousand": 33,
+    "functions with more than 6 parameters": 60,
+    "functions with more than 10 branches, per thousand": 32,
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)
 
