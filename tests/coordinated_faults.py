@@ -24,10 +24,22 @@ class Seam(NamedTuple):
     part: Array
 
 
+def curve_of(seam: Seam) -> tuple[Array, Array]:
+    """The seam at every 0.02 mm: lengths and places."""
+    fine = np.linspace(seam.s[0], seam.s[-1], int(50 * (seam.s[-1] - seam.s[0])) + 2)
+    return fine, CubicHermiteSpline(seam.s, seam.p, seam.heading)(fine)
+
+
+def chord_error_mm(seam: Seam) -> float:
+    """How far the lines between its frames are from the seam."""
+    fine, curve = curve_of(seam)
+    chords = np.stack([np.interp(fine, seam.s, column) for column in seam.p.T], axis=1)
+    return float(KDTree(curve).query(chords)[0].max())
+
+
 def deviations(torch: Array, seam: Seam) -> tuple[Array, Array, Array]:
     """How far the tip is from the seam, mm, and the wire from the planned one, deg; and where on the seam, mm."""
-    fine = np.linspace(seam.s[0], seam.s[-1], int(50 * (seam.s[-1] - seam.s[0])) + 2)
-    curve = CubicHermiteSpline(seam.s, seam.p, seam.heading)(fine)
+    fine, curve = curve_of(seam)
     off, row = KDTree(curve).query(torch[:, :3, 3])
     wire = np.stack([np.interp(fine[row], seam.s, column) for column in seam.wire.T], axis=1)
     wire /= np.linalg.norm(wire, axis=1, keepdims=True)

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.coordinated_faults import Seam, faults
+from tests.coordinated_faults import Seam, chord_error_mm, faults
 from tests.coordinated_programs import READERS, followed
 from tests.few import few
 from tests.saddle import CELLS, changed
@@ -105,9 +105,11 @@ def test_every_language_keeps_to_the_seam_in_the_held_part(which, burns, program
     cell, run, seam = request.getfixturevalue(which)
     files, refusals, motions = programs[which, burns]
     assert set(files) == set(motions)
-    assert set(files) == ({"rapid", "inform", "krl"} if which == "saddle" else set(READERS)), refusals
+    assert set(files) == set(READERS), refusals
     for name, own in files.items():
-        assert faults(own, name, cell, planned(cell, run, seam)) == [], name
+        way = planned(cell, run, seam)
+        sag_mm = chord_error_mm(way) if name == "fanuc" else 0.0  # lines alone: as good as the frames of the seam
+        assert faults(own, name, cell, way, most_mm=0.05 + sag_mm) == [], name
 
 
 def test_the_straight_seam_has_one_line_and_the_saddle_few_arcs(programs):
@@ -116,7 +118,7 @@ def test_the_straight_seam_has_one_line_and_the_saddle_few_arcs(programs):
         ends = [type(move) for move in motion.moves.moves]
         assert Arc not in ends, name
         assert len(ends) <= 4, name  # a sine of 4 degrees within 1 degree, in lines of robot 2
-    motions = programs["saddle", False][2]
+    motions = {name: each for name, each in programs["saddle", False][2].items() if name != "fanuc"}  # it has no arcs
     assert {len(motion.moves.moves) for motion in motions.values()} == {len(motions["rapid"].moves.moves)}
     assert len(motions["rapid"].moves.moves) <= 20
     assert len(motions["rapid"].run.plan) == 73
