@@ -96,7 +96,6 @@ def leans_from_records(rows: Sequence[dict[str, Any]]) -> tuple[FloatArray | Non
         return None, None
     nowhere = {"work": np.nan, "travel": np.nan, "spin": np.nan}
     leans = [row["lean_deg"] or nowhere for row in rows]
-    spins = None
-    if any("spin" in (row["lean_deg"] or {}) for row in rows):
-        spins = np.radians([lean.get("spin", 0.0) for lean in leans])
+    has_spin = any("spin" in lean for lean in leans if lean is not nowhere)
+    spins = np.radians([lean.get("spin", 0.0) for lean in leans]) if has_spin else None
     return np.radians([[lean["work"], lean["travel"]] for lean in leans]), spins

@@ -96,13 +96,13 @@ def list_members(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[Li
     if not found.members or (found.share < LEAST_SHARE and why_one_piece(graph, trimmed, solid) is not None):
         return [whole]
     surface = sampled_surface(graph, trimmed, solid)
-    members = []
-    for number, (one, known) in enumerate(_distinct(surface, found), 1):
+    members, distinct = [], list(_distinct(surface, found))
+    if len(distinct) == 1:
+        return [replace(_sized(trimmed, surface, whole, distinct[0][0]), share=1.0)]
+    for number, (one, known) in enumerate(distinct, 1):
         faces = _own_faces(trimmed, one, known)
         named = replace(whole, name=f"{whole.name}/{number}", faces=faces, centre_mm=_middle(trimmed, faces))
         members.append(_sized(trimmed, surface, named, one))
-    if len(members) == 1:
-        return [replace(members[0], name=whole.name, faces=own, centre_mm=whole.centre_mm, share=1.0)]
     total = sum(one.share for one in members)
     return [whole, *(replace(one, share=one.share / total) for one in members if total)]
 

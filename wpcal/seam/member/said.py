@@ -76,12 +76,13 @@ def _named(graph: BrepGraph, trimmed: TrimmedFaces, said: SaidMember) -> Listed:
     wanted = (said.member, said.member.rpartition("/")[0])
     own = [solid for solid, name in enumerate(graph.solid_names) if name in wanted]
     known = {one.name: one for solid in own for one in list_members(graph, trimmed, solid)}
-    found = known.get(said.member)
-    if found is None:
+    if (found := known.get(said.member)) is None:
         names = ", ".join(known or graph.solid_names[:MOST_NAMES])
-        raise InputError(f"no member has the name {said.member!r}; there is {names}", code=ErrorCode.SOLID_UNKNOWN)
+        kinds = "" if said.word in KINDS else f" (and it is none of {', '.join(KINDS)})"
+        text = f"no member has the name {said.member!r}{kinds}; there is {names}"
+        raise InputError(text, code=ErrorCode.SOLID_UNKNOWN)
     if said.at_mm is not None and not np.allclose(found.centre_mm, said.at_mm, rtol=0.0, atol=SAME_PLACE_MM):
-        places = " and not at ".join(", ".join(f"{v:.1f}" for v in at) for at in (found.centre_mm, said.at_mm))
+        places = "{:.1f}, {:.1f}, {:.1f} and not at {:.1f}, {:.1f}, {:.1f}".format(*found.centre_mm, *said.at_mm)
         text = f"member {said.member} is at {places}: the part has changed, or is another one"
         raise InputError(text, code=ErrorCode.SOLID_UNKNOWN)
     return found
