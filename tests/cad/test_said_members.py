@@ -11,6 +11,7 @@ from cad.pick.shared_seams import start_seams
 from cad.session.part import PickPart, read_pick_part
 from cad.session.session import PickSession
 from cad.workpiece.seams import SeamChoice
+from tests.cad.test_real_parts import shared
 from tests.running import run_here
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
@@ -55,6 +56,11 @@ def test_members_are_listed_with_their_weights_and_welds(fused: Path) -> None:
     assert kg[BASE] + kg[TUBE] + kg[WEB] == pytest.approx(kg["SOLID"], abs=20)
     assert kg[BASE] == pytest.approx(600_000, rel=0.1)
     assert {name: one["weld_mm"] for name, one in found.items()} == {"SOLID": 760, BASE: 760, TUBE: 200, WEB: 560}
+
+
+def test_a_round_head_is_as_wide_as_it_is() -> None:
+    found = members(listed(shared("as1-oc-214.stp")))  # each round face there is in two halves
+    assert (found["bolt/1"]["kind"], found["bolt/2"]["kind"]) == ("round bar 10 x 10 mm", "plate 15 x 3 mm")
 
 
 def test_the_seams_follow_what_is_said(fused: Path) -> None:

@@ -130,13 +130,13 @@ def _own_faces(trimmed: TrimmedFaces, one: Member, faces: frozenset[int]) -> fro
 
 def _sized(trimmed: TrimmedFaces, surface: Surface, named: Listed, one: Member) -> Listed:
     """Return a member with its size in words and numbers, and with its volume, mm³, as its share."""
-    kind, t = one.kind, one.thickness_mm
+    kind, t, (short, long) = one.kind, one.thickness_mm, sorted(one.section.tolist())
     rows = np.concatenate([np.arange(*trimmed.start[[face, face + 1]]) for face in sorted(named.faces)])
     p, along = trimmed.p0[rows], trimmed.p1[rows] - trimmed.p0[rows]
-    short, long = sorted(one.section.tolist())
     length_mm = one.length_mm or _extent(p @ one.axis)
     if kind is MemberKind.PLATE:
-        x = unit(along[np.argmax(np.linalg.norm(along, axis=1))])
+        flat = along - np.outer(along @ one.axis, one.axis)
+        x = unit(flat[np.argmax(np.linalg.norm(flat, axis=1))])
         long, length_mm = sorted([_extent(p @ x), _extent(p @ np.cross(one.axis, x))])
     is_solid = {MemberKind.ROUND: t >= long}.get(kind, kind in (MemberKind.BAR, MemberKind.BOX))
     is_flat = kind in (MemberKind.PLATE, MemberKind.SHEET)
