@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import http.client
 import json
 import shutil
 import signal
@@ -11,7 +10,6 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import pytest
 
@@ -55,16 +53,13 @@ def window(address: str, browser: Any) -> Iterator[OpenPage]:
 
 @pytest.fixture
 def table(address: str, window: OpenPage) -> Any:
-    """The page with six complete rows: those of the file, whatever the test before typed."""
-    server = urlsplit(address)
-    connection = http.client.HTTPConnection(server.netloc, timeout=60)
-    headers = {"Origin": f"http://{server.netloc}", "Content-Type": "application/json"}
-    connection.request("POST", f"{server.path}open", "{}", headers)
-    assert "answer" in json.loads(connection.getresponse().read())
-    connection.close()
+    """The page with six complete rows: those of the file, whatever the test before typed and its page still sends."""
+    window.wait("!window.wpcal || window.wpcal.idle")
+    window.page.goto("about:blank")
+    headers = {"Origin": address.rsplit("/", 2)[0]}
+    assert "answer" in window.page.request.post(f"{address}open", data={}, headers=headers).json()
     window.page.goto(address)
-    window.wait("Boolean(window.wpcal && window.wpcal.ready)")
-    window.wait("window.wpcal.idle")
+    window.wait("Boolean(window.wpcal && window.wpcal.ready && window.wpcal.idle)")
     return window
 
 
