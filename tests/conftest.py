@@ -68,6 +68,7 @@ def pytest_collection_finish() -> None:
     collect_rarely()
 
 
+@pytest.hookimpl(trylast=True)  # pytest looks through the garbage of the tests only
 def pytest_unconfigure() -> None:
     gc.unfreeze()  # some extension modules complain of what they still hold when the process ends
 

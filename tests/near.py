@@ -133,21 +133,8 @@ def main(arguments: list[str]) -> int:
             [f"{tools}/dmypy", "run"],
         ]
     if names:
-        steps += [
-            [
-                sys.executable,
-                "-m",
-                "pytest",
-                "-q",
-                "-n",
-                "2",
-                "--dist",
-                "loadfile",
-                "-m",
-                "not deep",
-                *names[:MOST_FILES],
-            ]
-        ]
+        pytest = ("-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "-m", "not deep")
+        steps += [[sys.executable, *pytest, *names[:MOST_FILES]]]
     codes = (subprocess.run(step, cwd=ROOT, check=False).returncode for step in steps)
     return next((code for code in codes if code), 0)
 

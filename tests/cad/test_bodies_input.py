@@ -14,6 +14,7 @@ from tests.running import run_here
 from wpcal.core.errors import FormatError, InputError
 
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 HEAD = '{"schema": "wpcal/bodies/1"'
 
 

@@ -13,6 +13,7 @@ from wpcal.core.input_file import sha256_of
 from wpcal.core.records import read_json
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
 @pytest.fixture(scope="module")

@@ -23,6 +23,7 @@ from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.judge.last_check import refuse_frames_in_material
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 EXACT_MM = 1e-6  #: Places on straight edges; a contact is bisected to 2e-9 mm.
 
 

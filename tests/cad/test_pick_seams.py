@@ -18,6 +18,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.schemas import schema_text
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
 @pytest.fixture

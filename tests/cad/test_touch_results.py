@@ -30,6 +30,7 @@ from wpcal.touch.searches import Contact, Outcome, Search, SearchKind, TouchPlan
 from wpcal.touch.touch_results import TOUCH_LEFT_OUT, nominal_place, pair_results
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 PLAN = tee_plan()
 MOVED = RigidTransform(exp_rotation([0.004, -0.003, 0.006]), np.array([1.2, -0.9, 0.8]), "part", "part")
 """Where the real part stands, seen from where it was planned."""

@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.few import few
 from tests.robot_servers import Robot
+from tests.running import run_here
 from tests.samples.walked_parts import PARTS, put_part
 from wpcal.core.transform import RigidTransform
 from wpcal.links.judge import STILL_S
@@ -33,6 +34,8 @@ POINT_S, FEW_POINTS = 24.0, 6  #: Typing of each point beyond six: how many the 
 LETTER_S, READ_S, ARROWS = 1.0, 5.0, 2  #: The keys with which a line typed before is fetched, and left again.
 MOST_ROUNDS = 6  #: Touches that wpcal may ask for until it is content, or says that it cannot be.
 R, T_MM = Rotation.from_euler("xyz", (0.4, -0.3, 31.0), degrees=True), np.array([940.0, -310.0, 205.0])
+
+pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
 @dataclass
@@ -48,8 +51,7 @@ class Newcomer:
 
     def wpcal(self, line: str) -> str:
         """Type a command; one that ends with wrong use is a wrong turn."""
-        words = [sys.executable, "-m", "wpcal", *line.split()]
-        done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True, check=False, timeout=300)
+        done = run_here(*line.split(), cwd=self.folder)
         assert done.returncode in (0, 1), f"wrong turn: {line}: {done.stderr}"
         self.seconds += READ_S + LETTER_S * self.keys(f"wpcal {line}")
         self.typed.append(line)
@@ -89,8 +91,7 @@ def newcomer(part: str, day: str, tmp_path: Path) -> Newcomer:
     """Return him with the part and its features, in a new folder."""
     put_part(part, tmp_path / "part.step")
     person = Newcomer(tmp_path, DAYS[day][0])
-    listed = [sys.executable, "-m", "wpcal", "features", "part.step", "--json"]
-    features = json.loads(subprocess.run(listed, cwd=tmp_path, capture_output=True, check=True).stdout)["features"]
+    features = json.loads(run_here("features", "part.step", "--json", cwd=tmp_path).stdout)["features"]
     person.places = {one["name"]: np.array(one["p_mm"]) for one in features}
     return person
 
@@ -128,7 +129,7 @@ def test_what_wpcal_says_next_leads_to_a_program(part: str, day: str, tmp_path: 
         assert day == "scattered", verdicts
 
 
-@pytest.mark.parametrize("day", DAYS)
+@pytest.mark.parametrize("day", few(DAYS, 1))
 @pytest.mark.parametrize("part", few(PARTS, 1))
 def test_where_a_key_reads_the_robot_no_number_of_points_is_too_long(part: str, day: str, tmp_path: Path) -> None:
     person, robot, count = newcomer(part, day, tmp_path), Robot(), 0

@@ -10,6 +10,7 @@ import pytest
 from tests.running import run_here
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 
 FILES = {
     "doc.step": b"%PDF-1.7\n",
