@@ -156,12 +156,14 @@ def find_hits_near(
     boxes = trimmed.patch_boxes
     none = np.zeros(0, dtype=np.int64)
     found = [(none, none, np.zeros(0), none)]
+    o, d, low, high = (np.ascontiguousarray(values.T) for values in (origins, rays, boxes.low, boxes.high))
     chunk = np.cumsum(near.counts[group]) // PAIRS
     for rows in np.split(np.arange(len(group)), np.flatnonzero(np.diff(chunk)) + 1):
         row, box = near.pairs(group[rows])
         ray = rows[row]
         with np.errstate(divide="ignore", invalid="ignore"):
-            enter, leave = passage(origins[ray].T, rays[ray].T, length_mm[ray], boxes.low[box].T, boxes.high[box].T)
+            ends = np.take(low, box, axis=1), np.take(high, box, axis=1)
+            enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length_mm[ray], *ends)
         met = np.flatnonzero(leave > enter)
         ray, face, enter, leave = _joined(ray[met], boxes.face[box[met]], enter[met], leave[met])
         pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length_mm[ray], (enter, leave))

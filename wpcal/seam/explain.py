@@ -46,6 +46,7 @@ def explain_seam(
             }
         )
     section = _section(graph, seam, thick_mm)
+    others = [str(text) for text in seam.reasons if not is_judgement(text, seam.source)]
     members = [member for member in notes.members if member.solid in seam.solids]
     return {
         "seam": seam.name,
@@ -56,7 +57,7 @@ def explain_seam(
         "start_score": PRIOR[seam.source],
         "score": round(score_of(seam.source, seam.findings), 4),
         "section": section,
-        "chain": [*_chain(graph, seam), _section_words(section), *_other_reasons(seam), _verdict(seam, notes)],
+        "chain": [*_chain(graph, seam), _section_words(section), *others, _verdict(seam, notes)],
         "findings": findings,
         "members": [member.to_record() for member in members],
     }
@@ -75,11 +76,6 @@ def _chain(graph: BrepGraph, seam: Seam) -> list[str]:
         f"gap: {least:.3f} to {largest:.3f} mm, {mean:.3f} mm on average",
         _reach(seam),
     ]
-
-
-def _other_reasons(seam: Seam) -> list[str]:
-    """Return what else was noted about a seam: not where it comes from, nor how a torch gets there."""
-    return [str(text) for text in seam.reasons if not is_judgement(text, seam.source)]
 
 
 def _section(graph: BrepGraph, seam: Seam, thick_mm: tuple[float | None, float | None]) -> dict[str, Any]:

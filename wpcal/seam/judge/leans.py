@@ -77,7 +77,7 @@ class Leans:
             key=lambda lean: (not _is_small(lean), abs(lean[0]) + abs(lean[1]), -lean[1], -lean[0]),
         )
         spin = _angles(reach.spin_deg, SPIN_STEP_DEG) if reach.torch.bends else [0.0]
-        spin = sorted({_half_turn(value) for value in spin}, key=lambda value: (abs(value), -value))
+        spin = sorted({180.0 if value == -180.0 else value for value in spin}, key=lambda value: (abs(value), -value))
         return cls(np.radians(leans), sum(map(_is_small, leans)), np.radians(spin), math.radians(reach.lean_deg_per_mm))
 
     @property
@@ -95,10 +95,6 @@ def _angles(range_deg: tuple[float, float], step_deg: float) -> list[float]:
 
 def _is_small(lean: tuple[float, float]) -> bool:
     return min(map(abs, lean)) == 0.0 and max(map(abs, lean)) <= TRAVEL_STEP_DEG
-
-
-def _half_turn(value: float) -> float:
-    return 180.0 if value == -180.0 else value
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -222,7 +218,7 @@ def _feel(
     """
     rad, spins = leans.rad[tier], leans.spin_rad
     n, k, j = len(own), len(rad), len(spins)
-    poses = _leant(own, rad)
+    poses = replace(_repeated(own, k), back=np.concatenate([back_directions(own.R, lean) for lean in rad]))
     solid = find_solids_met(graph, trimmed, poses)
     free = np.repeat((solid < 0)[:, None], j, axis=1)
     if own.torch.neck is not None:
@@ -233,11 +229,6 @@ def _feel(
         free[rows] = (met < 0).T
         solid[rows] = np.where((met < 0).any(axis=0), -1, met.max(axis=0))
     return free.reshape(k, n, j).transpose(1, 0, 2).reshape(n, k * j), solid[:n]
-
-
-def _leant(own: FeltPoses, leans: FloatArray) -> FeltPoses:
-    """Return the torch with each of k leans at n stations: k · n poses, all stations of a lean together."""
-    return replace(_repeated(own, len(leans)), back=np.concatenate([back_directions(own.R, lean) for lean in leans]))
 
 
 def _repeated(own: FeltPoses, count: int) -> FeltPoses:

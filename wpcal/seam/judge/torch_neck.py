@@ -20,7 +20,6 @@ from wpcal.robot.moves.sweep import STEP_MM
 from wpcal.robot.torch.shape import TorchShape, Tube
 from wpcal.seam.judge.material import place_tube
 
-PIECES = 200_000  #: Pairs of a pose and a piece of an edge in one array: some 50 MB.
 FEWEST, APART_MM = 16, 9.0  #: Lines on the surface of a piece, and how far apart they are at most.
 ROUND_MM = 0.5
 """The lines are so much wider than the piece: a round part of radius r reaches in between two of them by a² / 8r."""
@@ -111,17 +110,16 @@ def edges_in_tubes(
     begin, end = (p + at[:, None] * way for at in (low, high))
     near = find_near_faces(graph, trimmed, begin, end, first, within_mm=radius_mm)
     row, box = near.pairs(np.repeat(np.arange(len(first)), np.diff(first, append=len(p))))
-    row, face = np.unique(np.stack([row, trimmed.patch_boxes.face[box]]), axis=1)
-    count = np.diff(trimmed.start)[face]
-    before = np.cumsum(count) - count
-    frames = tube_frames(way)
-    found, pair = np.full(len(p), -1), np.repeat(np.arange(len(face)), count)
-    for rows in np.split(np.arange(len(pair)), np.flatnonzero(np.diff(np.arange(len(pair)) // PIECES)) + 1):
-        own = pair[rows]
-        piece, at = trimmed.start[face[own]] + rows - before[own], row[own]
-        p0, p1 = (np.einsum("kij,kj->ki", frames[at], corner[piece] - p[at]) for corner in (trimmed.p0, trimmed.p1))
-        is_met = edge_distances(p0, p1, low[at], high[at]) < radius_mm
-        found[at[is_met]] = face[own[is_met]]
+    least, most = np.minimum(begin, end) - radius_mm, np.maximum(begin, end) + radius_mm
+    boxes = trimmed.patch_boxes
+    own = np.flatnonzero(((boxes.low[box] <= most[row]) & (boxes.high[box] >= least[row])).all(axis=1))
+    row, face = np.divmod(np.unique(row[own] * graph.face_count + boxes.face[box[own]]), graph.face_count)
+    own, piece = trimmed.pieces_meeting(face, least[row], most[row])
+    frames, at = tube_frames(way), row[own]
+    p0, p1 = (np.einsum("kij,kj->ki", frames[at], corner[piece] - p[at]) for corner in (trimmed.p0, trimmed.p1))
+    is_met = edge_distances(p0, p1, low[at], high[at]) < radius_mm
+    found = np.full(len(p), -1)
+    found[at[is_met]] = face[own[is_met]]
     return found
 
 

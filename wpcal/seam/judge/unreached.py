@@ -82,13 +82,14 @@ def _with_way_out(graph: BrepGraph, trimmed: TrimmedFaces, found: list[list[Seam
     free = [piece for pieces in found for piece in pieces if not piece.blocked_by]
     closed = {id(free[row]): solids for row, solids in find_closed_in(graph, trimmed, free, reach.torch).items()}
     return [
-        [_blocked(graph, _told(piece), closed[id(piece)]) if id(piece) in closed else piece for piece in pieces]
+        [
+            _blocked(graph, replace(piece, reasons=(*piece.reasons, NO_WAY_OUT)), closed[id(piece)])
+            if id(piece) in closed
+            else piece
+            for piece in pieces
+        ]
         for pieces in found
     ]
-
-
-def _told(seam: Seam) -> Seam:
-    return replace(seam, reasons=(*seam.reasons, NO_WAY_OUT))
 
 
 def _felt(

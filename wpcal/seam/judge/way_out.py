@@ -20,7 +20,7 @@ from wpcal.seam.seam import Seam
 
 DIRECTIONS = (8, 40, 600)  #: Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them.
 AROUND = 6  #: Rays around a free one, at the radius of the nozzle.
-CHUNK = 50  #: Seams of which the rays are sent together.
+CHUNK = 30_000  #: Rays sent together.
 GOLDEN_RAD = np.pi * (3.0 - np.sqrt(5.0))  #: Directions turned by it, one after the other, are spread evenly.
 
 
@@ -33,11 +33,12 @@ def find_closed_in(
     start = np.array([own.p[len(own) // 2] for own in frames]).reshape(-1, 3) + torch.wire_mm * z
     left = np.flatnonzero(_meet(graph, trimmed, start, z)[0])
     around: dict[int, frozenset[int]] = {}
-    for count in DIRECTIONS:
-        held = []
-        for first in range(0, len(left), CHUNK):
-            rows, ways = left[first : first + CHUNK], _spread(count)
-            held += _held(graph, trimmed, (rows, start[rows]), ways, torch.nozzle_radius_mm, around)
+    few, *more = [_spread(count) for count in DIRECTIONS]
+    for some in (*few[:, None], *more):  # most seams need one or two of the few
+        held, step = [], CHUNK // len(some)
+        for first in range(0, len(left), step):
+            rows = left[first : first + step]
+            held += _held(graph, trimmed, (rows, start[rows]), some, torch.nozzle_radius_mm, around)
         left = np.array(held, dtype=np.int64)
     return {row: around[row] for row in left.tolist()}
 

@@ -127,14 +127,11 @@ def _links(seams: Sequence[Seam], rows: list[int]) -> frozenset[Link]:
     used: set[int] = set()
     for i, j in pairs[order[turn[order] <= MOST_TURN_RAD]].tolist():
         one, other = 2 * rows[i // 2] + i % 2, 2 * rows[j // 2] + j % 2
-        if not {one, other} & used and _is_same_weld(seams[one // 2], seams[other // 2]) and one // 2 != other // 2:
+        a, b = seams[one // 2], seams[other // 2]
+        if not {one, other} & used and a is not b and set(a.solids) == set(b.solids) and a.weld is b.weld:
             links.add((min(one, other), max(one, other)))
             used |= {one, other}
     return frozenset(links)
-
-
-def _is_same_weld(one: Seam, other: Seam) -> bool:
-    return set(one.solids) == set(other.solids) and one.weld is other.weld
 
 
 @dataclass(frozen=True, slots=True)

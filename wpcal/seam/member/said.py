@@ -32,6 +32,8 @@ class Said:
 
     def against(self, pieces: SeamPieces) -> Iterator[Finding]:
         """Yield what is said against a candidate."""
+        if not self.members:
+            return
         both = np.array([pieces.wall, pieces.base])
         for words in [words for words, own in self.whole.items() if np.isin(both, list(own)).all()]:
             yield Rule.SAID_ONE.found(f"you said so (--member {words}): nothing is welded inside")
@@ -40,6 +42,8 @@ class Said:
 
     def are_joints(self, wall: IntArray, base: IntArray) -> BoolArray:
         """Tell which corners are said to be welds, shape (n,): round a piece of stock, or inside a weldment."""
+        if not self.members:
+            return np.zeros(len(wall), dtype=bool)
         both, stock = np.array([wall, base]), set().union(*(self.faces[word] for word in STOCK))
         found = np.isin(both, list(self.faces[WELDMENT])).all(axis=0) | np.isin(both, list(stock)).any(axis=0)
         for own in self.whole.values():
