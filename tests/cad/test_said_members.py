@@ -58,9 +58,10 @@ def test_members_are_listed_with_their_weights_and_welds(fused: Path) -> None:
     assert {name: one["weld_mm"] for name, one in found.items()} == {"SOLID": 760, BASE: 760, TUBE: 200, WEB: 560}
 
 
-def test_a_round_head_is_as_wide_as_it_is() -> None:
-    found = members(listed(shared("as1-oc-214.stp")))  # each round face there is in two halves
-    assert (found["bolt/1"]["kind"], found["bolt/2"]["kind"]) == ("round bar 10 x 10 mm", "plate 15 x 3 mm")
+def test_a_round_head_is_as_wide_as_it_is_and_what_is_bought_is_one_member() -> None:
+    found = members(listed(shared("as1-oc-214.stp"), "--weld", "bolt#3"))  # each round face there is in two halves
+    assert (found["bolt#3/1"]["kind"], found["bolt#3/2"]["kind"]) == ("round bar 10 x 10 mm", "plate 15 x 3 mm")
+    assert (found["bolt"]["kind"], found["nut"]["kind"], "bolt/1" in found) == ("bought", "bought", False)
 
 
 def test_the_seams_follow_what_is_said(fused: Path) -> None:

@@ -23,10 +23,13 @@ from wpcal.seam.member.members import ENDS_TOGETHER, Decomposition, Member, Memb
 from wpcal.seam.member.note import NO_MATERIAL_KG_M3, MemberNotes
 from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.member.words import DENSITY_KG_M3, Kind
+from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam
 
 LEAST_SHARE = 0.5  #: Of a solid that looks made in one piece, members explain so much if they are listed.
 MOST_SHARED = 0.5  #: What has more of its surface on a larger member is a part of that, as the wall of a tube.
+BOUGHT = {rule.key for rule in (Rule.FASTENER, Rule.STANDARD_PART, Rule.NAMED_PART)}
+"""Findings about what is bought, as a fastener or a bearing is: it is not taken apart."""
 WIDEST_BAR_MM = 150.0  #: Flat bars are rolled up to this width (EN 10058); what is wider is cut from plate.
 
 
@@ -71,9 +74,11 @@ def weighed_members(
     for solid, (taken, volume) in enumerate(zip(notes.members, volumes_mm3, strict=True)):
         stated = facts_of(graph.solid_facts, solid).density_kg_m3
         density = DENSITY_KG_M3[taken.metal or Kind.STEEL] if stated in (None, NO_MATERIAL_KG_M3) else stated
-        shape = int(first[solid])
-        known[shape] = known.get(shape) or list_members(graph, trimmed, shape)
-        for one in known[shape] if shape == solid else _at_copy(graph, trimmed, known[shape], solid):
+        shape, own = int(first[solid]), [replace(_whole(graph, trimmed, solid), kind="bought")]
+        if not any(finding.rule in BOUGHT for finding in taken.findings):
+            known[shape] = known.get(shape) or list_members(graph, trimmed, shape)
+            own = known[shape] if shape == solid else list(_at_copy(graph, trimmed, known[shape], solid))
+        for one in own:
             listed.append(replace(one, density_kg_m3=density, mass_kg=one.share * volume * density * 1e-9))
     return replace(notes, listed=tuple(listed))
 
@@ -90,8 +95,7 @@ def _at_copy(graph: BrepGraph, trimmed: TrimmedFaces, listed: Sequence[Listed], 
 
 def list_members(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[Listed]:
     """Return a solid, then its members if it was several."""
-    own = frozenset(np.flatnonzero(graph.face_solid == solid).tolist())
-    whole = Listed(graph.solid_names[solid], solid, own, _middle(trimmed, own))
+    whole = _whole(graph, trimmed, solid)
     found = members_of(graph, trimmed, solid)
     if not found.members or (found.share < LEAST_SHARE and why_one_piece(graph, trimmed, solid) is not None):
         return [whole]
@@ -105,6 +109,11 @@ def list_members(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[Li
         members.append(_sized(trimmed, surface, named, one))
     total = sum(one.share for one in members)
     return [whole, *(replace(one, share=one.share / total) for one in members if total)]
+
+
+def _whole(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Listed:
+    own = frozenset(np.flatnonzero(graph.face_solid == solid).tolist())
+    return Listed(graph.solid_names[solid], solid, own, _middle(trimmed, own))
 
 
 def _distinct(surface: Surface, found: Decomposition) -> Iterator[tuple[Member, frozenset[int]]]:
