@@ -35,8 +35,7 @@ def fused(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def listed(part: Path, *words: str | Path) -> dict[str, Any]:
     ended = run_here("seams", part, *words, "--json")
     assert (ended.returncode, ended.stderr) == (0, "")
-    record: dict[str, Any] = json.loads(ended.stdout)
-    return record
+    return dict(json.loads(ended.stdout))
 
 
 def members(record: dict[str, Any]) -> dict[str, dict[str, Any]]:
