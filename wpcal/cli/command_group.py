@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
 import click
 
 from wpcal.cli.number_options import with_strict_numbers
+from wpcal.core.installed import installed
 
 ENTRY_POINT_GROUP = "wpcal.commands"
 OUR_PACKAGES = ("wpcal", "cad")
@@ -127,7 +128,7 @@ def installed_commands() -> Iterator[tuple[str, click.Command]]:
 
 def _installed() -> dict[str, EntryPoint]:
     """Return the commands by name. No other package replaces one of ours."""
-    found = sorted(entry_points(group=ENTRY_POINT_GROUP), key=_is_ours)
+    found = sorted(installed(ENTRY_POINT_GROUP), key=_is_ours)
     return {entry.name: entry for entry in found}
 
 

@@ -24,9 +24,9 @@ def read_part_option(path: Path | None) -> bytes | None:
 
     Raises `InputError` when the file cannot be read, or nothing that is installed reads files with this suffix.
     """
-    from wpcal.controllers.registry import installed
     from wpcal.core.errors import InputError
     from wpcal.core.input_file import read_bytes
+    from wpcal.core.installed import installed
 
     if path is None:
         return None

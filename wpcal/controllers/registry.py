@@ -12,17 +12,16 @@ To add a controller, make one folder and one entry-point line. The folder holds 
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from wpcal.core.errors import InputError
+from wpcal.core.installed import installed
 from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
@@ -150,20 +149,6 @@ class Controller:
             return resolve_name(reference)
         except (ImportError, AttributeError, ValueError) as error:
             raise InputError(f"controller {self.name!r}: {reference} cannot be loaded: {error}") from None
-
-
-def installed(group: str) -> tuple[EntryPoint, ...]:
-    """Return the entry points of a group.
-
-    All installed packages are searched for them, which takes 4 ms for 150 packages. The answer is kept until the
-    path of imports changes: `wpcal audit` asks twice for every program.
-    """
-    return _installed(group, tuple(sys.path))
-
-
-@cache
-def _installed(group: str, _path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    return tuple(entry_points(group=group))
 
 
 def controller_names() -> tuple[str, ...]:

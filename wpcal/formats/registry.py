@@ -6,15 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from wpcal.controllers.program.weld_program import WeldProgram
-from wpcal.controllers.registry import (
-    Controller,
-    controller_names,
-    find_controller,
-    installed,
-    spoken_names,
-    suggestion,
-)
+from wpcal.controllers.registry import Controller, controller_names, find_controller, spoken_names, suggestion
 from wpcal.core.errors import InputError
+from wpcal.core.installed import installed
 from wpcal.core.options import named_option
 
 EXPORTERS = "wpcal.exporters"  #: The entry-point group of formats that do not belong to a controller.

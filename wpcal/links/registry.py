@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
+from wpcal.core.installed import installed
 from wpcal.links.reading import Address, Credentials, LinkError, RobotLink, credentials_of_environment
 
 LINKS = "wpcal.links"  #: The entry-point group.
 OpenLink = Callable[[Address, Credentials], RobotLink]
 
 
-@cache
 def installed_links() -> dict[str, EntryPoint]:
     """Return the kinds of links by name."""
-    return {point.name: point for point in sorted(entry_points(group=LINKS), key=lambda point: point.name)}
+    return {point.name: point for point in sorted(installed(LINKS), key=lambda point: point.name)}
 
 
 def kind_of(text: str) -> str | None:

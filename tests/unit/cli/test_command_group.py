@@ -61,7 +61,7 @@ def two_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     words = {"paint": "acme_welds:acme", "fit": "acme_welds:acme", "broken": "acme_broken:acme", "odd": "acme_odd:odd"}
     others = [EntryPoint(name, place, ENTRY_POINT_GROUP) for name, place in words.items()]
-    monkeypatch.setattr(command_group, "entry_points", lambda group: [*entry_points(group=group), *others])
+    monkeypatch.setattr(command_group, "installed", lambda group: [*entry_points(group=group), *others])
 
 
 @pytest.mark.usefixtures("two_other_packages")
