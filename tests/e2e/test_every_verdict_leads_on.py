@@ -9,12 +9,11 @@ from __future__ import annotations
 import csv
 import json
 import re
-import subprocess
 import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from subprocess import DEVNULL, PIPE
+from subprocess import DEVNULL, PIPE, Popen
 
 import numpy as np
 import pytest
@@ -136,7 +135,7 @@ def test_where_a_key_reads_the_robot_no_number_of_points_is_too_long(part: str, 
     with robot.serve("kuka") as port:
         line = f"teach part.step -o taught.csv --robot kuka:127.0.0.1:{port}"
         words = [sys.executable, "-u", "-m", "wpcal", *line.split()]
-        with subprocess.Popen(words, cwd=tmp_path, stdin=PIPE, stdout=PIPE, stderr=DEVNULL, text=True) as teach:
+        with Popen(words, cwd=tmp_path, stdin=PIPE, stdout=PIPE, stderr=DEVNULL, text=True) as teach:
             assert teach.stdin is not None
             while name := asked_by(teach):
                 p = person.move_to(name, DAYS[day][1] if count == 1 else 0.0)
@@ -153,7 +152,7 @@ def test_where_a_key_reads_the_robot_no_number_of_points_is_too_long(part: str, 
     assert person.seconds <= PROGRAM_S, person.typed
 
 
-def asked_by(teach: subprocess.Popen[str]) -> str:
+def asked_by(teach: Popen[str]) -> str:
     """Return the feature that is to be touched now; empty when the command has ended."""
     said = ""
     while not (found := re.search(r"^touch (\w+), .*q: end\]$", said, re.MULTILINE)):
