@@ -16,10 +16,9 @@ from wpcal.seam.judge.leans import FeltAt, at_stations, feel_seams
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import OtherTorch, Seam
 
-ENDS = -1
-FEW = (1, ENDS, 4, 12)
-"""A torch is felt at so many stations first, and at the ends, where it needs the most room: what is behind something is
-out of reach for most torches."""
+FEW = (1, 4, 12)
+"""A torch is felt at so many stations first: what is behind something is out of reach for most torches. On its way to
+the ends, which takes the longest, it is felt only with the whole stretch."""
 MOST_ASKED = 20
 """So many stretches are asked for, the longest ones: feeling bent necks takes 30 ms for each, and one torch is advised
 for a part, not one for each of 500 stretches inside a box. `--explain` asks for any one."""
@@ -42,11 +41,8 @@ def with_other_torches(
         if few == 0:
             felt = feel_seams(graph, trimmed, tried, own)
             return [place for place, one in zip(places, felt, strict=True) if one.is_free]
-        if few == ENDS:
-            tried = [replace(seam, frames=seam.frames.select(np.array([0, len(seam.frames) - 1]))) for seam in tried]
-        else:
-            tried = [at_stations(seam, np.arange(len(seam.frames)), few) for seam in tried]
-        felt = feel_seams(graph, trimmed, tried, own, FeltAt.DENSE if few == ENDS else FeltAt.SOME)
+        tried = [at_stations(seam, np.arange(len(seam.frames)), few) for seam in tried]
+        felt = feel_seams(graph, trimmed, tried, own, FeltAt.SOME)
         return [place for place, one in zip(places, felt, strict=True) if not (one.solid >= 0).any()]
 
     todo = sorted(todo, key=lambda place: (-found[place[0]][place[1]].length_mm, place))[:MOST_ASKED]
