@@ -31,7 +31,8 @@ def read_touch_results(
     if len(chosen) > 1:
         names = listed(each.name for each in chosen)
         raise InputError(f"{path}: holds files of {names}; name the file with the results")
-    return chosen[0].read_touches([_read(each) for each in _files(path, chosen[0])], plan, setup or TouchSetup())
+    files = [ResultsFile(str(each), read_bytes(each).decode(ENCODING)) for each in _files(path, chosen[0])]
+    return chosen[0].read_touches(files, plan, setup or TouchSetup())
 
 
 def files_beside(path: Path) -> list[Path]:
@@ -43,7 +44,9 @@ def files_beside(path: Path) -> list[Path]:
 def _files(path: Path, controller: Controller) -> list[Path]:
     """Return the files to read: those of a folder, or the named one with those that belong to it."""
     if path.is_dir():
-        return [each for each in sorted(path.iterdir()) if each.is_file() and _matches(each, controller)]
+        own = controller.touch_results
+        files = [each for each in sorted(path.iterdir()) if each.is_file()]
+        return [each for each in files if any(fnmatchcase(each.name.lower(), pattern) for pattern in own)]
     if path.name.lower() not in controller.touch_results or not path.is_file():
         return [path]
     return [path, *(each for each in sorted(path.parent.iterdir()) if _is_partner(path, each, controller))]
@@ -58,14 +61,6 @@ def _claiming(path: Path, known: list[Controller]) -> list[Controller]:
     return [each for each in known if any(fnmatchcase(name, p) for name in names for p in each.touch_results)]
 
 
-def _matches(path: Path, controller: Controller) -> bool:
-    return any(fnmatchcase(path.name.lower(), pattern) for pattern in controller.touch_results)
-
-
 def _is_partner(path: Path, other: Path, controller: Controller) -> bool:
     """Whether another file belongs to the named one: the controller reads files of both names together."""
     return other.name.lower() in controller.touch_results and other.name.lower() != path.name.lower()
-
-
-def _read(path: Path) -> ResultsFile:
-    return ResultsFile(str(path), read_bytes(path).decode(ENCODING))

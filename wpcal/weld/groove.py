@@ -97,7 +97,7 @@ def measure_groove(seam: Seam, mesh: PartMesh, T_frame_part: RigidTransform) -> 
         return None
     top, tilt = found
     one, other = (_turned(outline, tilt) for outline in outlines)
-    left, right = (one, other) if one[:, :, 0].mean() < other[:, :, 0].mean() else (other, one)
+    left, right = sorted((other, one), key=lambda outline: float(outline[:, :, 0].mean()))
     layers = list(_layers(left, right, top))
     if not layers or layers[-1].low > LEAST_MM or top < -LEAST_MM:
         return None  # the seam is not in the groove
@@ -170,7 +170,8 @@ def _layers(left: FloatArray, right: FloatArray, top: float) -> Iterator[_Layer]
             kept.append(height)
     before: _Layer | None = None
     for high, low in pairwise(kept):
-        ends = [(_side(left, h, np.max), _side(right, h, np.min)) for h in _inside(low, high)]
+        quarter = (high - low) / 4.0
+        ends = [(_side(left, h, np.max), _side(right, h, np.min)) for h in (low + quarter, high - quarter)]
         if None in ends[0] or None in ends[1]:
             break
         (l0, r0), (l1, r1) = ends
@@ -183,10 +184,6 @@ def _layers(left: FloatArray, right: FloatArray, top: float) -> Iterator[_Layer]
             before = own
     if before is not None:
         yield before
-
-
-def _inside(low: float, high: float) -> tuple[float, float]:
-    return low + (high - low) / 4.0, high - (high - low) / 4.0
 
 
 def _extended(quarter: Any, rest: Any) -> tuple[float, float]:

@@ -150,7 +150,7 @@ def values_from_record(record: Mapping[str, Any], *, what: str) -> WeldValues:
         "crater": _crater,
         "stitch": _stitch,
         "tacks": _stitch,
-        "weld": _kind,
+        "weld": WeldKind,
     }
     given = {name: value for name, value in record.items() if value is not None}
     try:
@@ -184,10 +184,6 @@ def _crater(record: Mapping[str, Any]) -> Crater:
 
 def _stitch(record: Mapping[str, Any]) -> Stitch:
     return Stitch(float(record["length_mm"]), float(record["pitch_mm"]), record.get("offset_mm"))
-
-
-def _kind(text: str) -> WeldKind:
-    return WeldKind(text)
 
 
 def describe_weld(values: WeldValues) -> str:

@@ -110,40 +110,24 @@ def test_the_check_of_this_test_finds_what_direct_moves_hit(part, hits):
 
 def in_part(finished, *solids):
     """The finished folder's program with more solids in its part."""
-    sha256 = read_part_glb(finished.part_glb).sha256
-    program = build_program(finished)
-    return type(program)(
-        program.paths,
-        program.T_base_part,
-        calibration=program.calibration,
-        part_glb=write_part_glb(plate(*solids, sha256=sha256)),
-    )
+    solids = plate(*solids, sha256=read_part_glb(finished.part_glb).sha256)
+    return dataclasses.replace(build_program(finished), part_glb=write_part_glb(solids))
 
 
 @pytest.mark.parametrize(
-    ("solid", "message"),
+    ("solid", "where", "what"),
     [
-        (
-            ((40.5, -30, 30), (56, 30, 60)),
-            r"seam W1: point 3, base .*: the nozzle is inside 'block' \(a straight torch",
-        ),
-        (
-            ((44, -5, 0), (46, 5, 9)),
-            r"seam W1: between points 4 and 5, base .*: the tip is inside 'block' \(a straight torch",
-        ),
-        (
-            ((44, -5, 3), (46, 5, 9)),
-            r"seam W1: between points 4 and 5, base .*: the wire is inside 'block' \(a straight torch",
-        ),
-        (
-            ((-900, -900, 0), (900, 900, 900)),
-            r"seam W1: point 0, base .*: the tip is inside 'block' \(a straight torch",
-        ),
+        (((40.5, -30, 30), (56, 30, 60)), "point 3", "nozzle"),
+        (((44, -5, 0), (46, 5, 9)), "between points 4 and 5", "tip"),
+        (((44, -5, 3), (46, 5, 9)), "between points 4 and 5", "wire"),
+        (((-900, -900, 0), (900, 900, 900)), "point 0", "tip"),
     ],
 )
-def test_a_seam_that_runs_through_another_solid_is_refused(finished_folder, solid, message):
+def test_a_seam_that_runs_through_another_solid_is_refused(finished_folder, solid, where, what):
     program = in_part(read_finished(finished_folder()).select(["W1"]), box_mesh("block", *solid))
-    with pytest.raises(GeometryError, match=message):
+    with pytest.raises(
+        GeometryError, match=rf"seam W1: {where}, base .*: the {what} is inside 'block' \(a straight torch"
+    ):
         check_program(program)
 
 
@@ -169,20 +153,36 @@ def test_an_approach_is_nearer_where_no_way_leads_on_from_it(finished_folder, ce
     np.testing.assert_allclose(back @ program.T_base_part.R[:, 2], back_mm, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "solids",
+    [
+        [((-13, -30, 0), (-12, 30, 500))],
+        [
+            ((-30, -30, 380), (130, 30, 390)),
+            *(((x, -200, 0), (x + 9, 300, 60)) for x in (-200, 291)),
+            *(((-200, y, 0), (300, y + 9, 60)) for y in (-200, 291)),
+        ],
+    ],
+)
+def test_a_torch_leaves_a_narrow_place(finished_folder, solids):
+    """Beside the wall it has 1 mm of room; under the ceiling it can only go askew."""
+    boxes = [box_mesh(f"solid {i}", *corners) for i, corners in enumerate(solids)]
+    program = in_part(read_finished(finished_folder()).select(["W1"]), *boxes)
+    program = check_program(program, air=AirSettings(up_base=tuple(program.T_base_part.R[:, 2])))
+    points = cloud(program)
+    for _, p, R in moves_in_the_air(program):
+        least = [least_distance(points, *p[i : i + 2], *R[i : i + 2]) for i in range(len(p) - 1)]
+        assert min(least) >= 0.0
+        assert sum(each < LEAST_MM for each in least) <= 1
+
+
 def test_a_seam_that_the_torch_cannot_leave_is_named(finished_folder):
-    walls = [
-        box_mesh(f"wall {i}", low, high)
-        for i, (low, high) in enumerate(
-            [
-                ((-500, -500, 420), (600, 500, 430)),
-                ((-500, -500, -60), (-490, 500, 430)),
-                ((590, -500, -60), (600, 500, 430)),
-                ((-500, -500, -60), (600, -490, 430)),
-                ((-500, 490, -60), (600, 500, 430)),
-                ((-500, -500, -70), (600, 500, -60)),
-            ]
-        )
+    low, high, thick = np.array([-500, -500, -70]), np.array([600, 500, 430]), 10 * np.eye(3)
+    flat = np.diag(high - low)
+    corners = [(low, high - flat[i] + thick[i]) for i in range(3)] + [
+        (low + flat[i] - thick[i], high) for i in range(3)
     ]
+    walls = [box_mesh(f"wall {i}", *map(tuple, each)) for i, each in enumerate(corners)]
     program = in_part(read_finished(finished_folder()).select(["W1"]), *walls)
     with pytest.raises(GeometryError, match="seam W1: no checked way leads to it"):
         check_program(program)

@@ -51,7 +51,8 @@ def arc_data(path: WeldPath, stem: str, speed_mm_s: float, rules: NameRules) -> 
     weld = _named(values.weld_data, "weld_data", rules)
     if not weld:
         weld = f"wd_{stem}"
-        lines.append(f"  LOCAL PERS welddata {weld}:=[{speed_mm_s:g},0,{_main_arc(values)},{NO_ARC}];")
+        main = _arc(values.job, values.voltage_v, values.wire_feed_m_min, values.current_a)
+        lines.append(f"  LOCAL PERS welddata {weld}:=[{speed_mm_s:g},0,{main},{NO_ARC}];")
     weave = _named(values.weave_data, "weave_data", rules)
     if not weave and values.weave is not None:
         weave = f"wv_{stem}"
@@ -66,10 +67,6 @@ def _named(name: str | None, what: str, rules: NameRules) -> str:
 def _arc(job: int | None, voltage_v: float | None, wire_feed_m_min: float | None, current_a: float | None) -> str:
     feed_mm_s = round((wire_feed_m_min or 0.0) * 1000.0 / 60.0, 1)
     return f"[{job or 0},0,{voltage_v or 0:g},{feed_mm_s:g},0,{current_a or 0:g},0,0,0]"
-
-
-def _main_arc(values: WeldValues) -> str:
-    return _arc(values.job, values.voltage_v, values.wire_feed_m_min, values.current_a)
 
 
 def _seamdata(path: WeldPath) -> str:

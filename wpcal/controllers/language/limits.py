@@ -65,7 +65,8 @@ class LimitedEnvironment(ImmutableSandboxedEnvironment):
         """Refuse what would be too large before it is computed."""
         if operator == "%" and isinstance(left, str):
             _narrow(left)
-        if operator == "**" or (operator == "*" and not _is_number(left, right)):
+        is_number = isinstance(left, (int, float)) and isinstance(right, (int, float))
+        if operator == "**" or (operator == "*" and not is_number):
             _refuse_large((left, right))
         return _refuse_long(super().call_binop(context, operator, left, right))
 
@@ -125,10 +126,6 @@ def _narrow(text: Any) -> Any:
     if _WIDE.search(str(text)):
         raise SecurityError("a field of more than 999 characters, or one whose width is a value")
     return text
-
-
-def _is_number(*values: Any) -> bool:
-    return all(isinstance(each, (int, float)) for each in values)
 
 
 def _refuse_large(values: Iterable[Any]) -> None:

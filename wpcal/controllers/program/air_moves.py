@@ -1,9 +1,10 @@
 """Ways between seams: up to a plane above the part, across, and down, as linear moves that are compared with the part.
 
 The torch leaves a seam with its orientation unchanged: straight up, or first farther back along the wire, or first
-sideways out of the part's box. It turns only at the height of the plane. A move is compared with the part at places
-that are chosen so that nothing can be hit between two of them: halfway through a stretch of the move no point of the
-torch is farther from its place anywhere on the stretch than m. If the torch is farther from the part than m and the
+sideways out of the part's box. From a narrow place it first goes a little aside, to where it has room all around, and
+from there straight out in any direction. It turns only at the height of the plane. A move is compared with the part at
+places that are chosen so that nothing can be hit between two of them: halfway through a stretch of the move no point of
+the torch is farther from its place anywhere on the stretch than m. If the torch is farther from the part than m and the
 margin, the whole stretch is free; otherwise it is halved.
 """
 
@@ -11,17 +12,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import chain, pairwise, product
 
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.rays import START_MM
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.options import opt
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.segments import part_distances
+from wpcal.robot.moves import sweep
 from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import find_poses_in_material, place_tube
@@ -34,6 +38,13 @@ BACK_MM = (0.0, 25.0, 50.0, 100.0, 200.0, 400.0)
 """How far back along the wire the torch goes before it goes up, the shortest free one."""
 NEARER = (1.0, 0.5, 0.25)  #: Shares of the approach, or of the retract, that are tried until a way leads on from it.
 SIDES = 8  #: Directions in which the torch leaves the part's box if it cannot go up.
+WAYS = np.array([way for way in product(range(-3, 4), repeat=3) if max(map(abs, way)) == 3], dtype=np.float64)
+WAYS /= np.linalg.norm(WAYS, axis=1, keepdims=True)
+"""Directions in which the torch leaves a narrow place, 15 degrees apart: straight up needs no room beside a wall."""
+ASIDE_MM = (0.0, 10.0, 20.0)  #: How far aside it goes there as near to the part as a weld is: a gap of 3 mm opens soon.
+MOST_ASIDE = 2  #: So many places aside are tried at each distance, those with the most room.
+MOST_OUT = 12  #: So many directions are tried from each place, of those that seem to be free.
+LOOK_MM = (10.0, 20.0, 40.0, 80.0, 160.0, 320.0)  #: Where it is felt first whether a direction is free.
 LARGEST_TURN_RAD = math.radians(90.0)
 """A linear move with a larger turn gets poses in between: near 180 degrees controllers turn one way or the other."""
 NO_LENGTH_MM = 1e-6  #: Shorter moves are left out: they are round-off.
@@ -75,6 +86,7 @@ class Ends:
     p: FloatArray  #: shape (2, 3). Tool centre points in `base`, mm.
     R: FloatArray  #: shape (2, 3, 3). Axes of the tool in `base`.
     weld: FloatArray  #: shape (2, 3). Where the weld begins and ends, mm: an end may be moved towards it.
+    more_wire_mm: float = 0.0  #: How far the wire of the seam sticks out beyond the usual one.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,12 +210,10 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
 def _clearance(air: AirSettings, torch: TorchAtTool, turns: Sequence[FloatArray]) -> float:
     if air.clearance_mm is not None:
         return air.clearance_mm
-    every = [R for turn in turns for a, b in _moves(turn) for R in _interpolate(a, b, np.linspace(0, 1, 19))]
+    every = [
+        R for turn in turns for a, b in pairwise([turn[0], *turn]) for R in _interpolate(a, b, np.linspace(0, 1, 19))
+    ]
     return float(np.ceil(ABOVE_MM + torch.lowest(np.array(every), air.up).max()))
-
-
-def _moves(turn: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-    return pairwise(turn) if len(turn) > 1 else iter([(turn[0], turn[0])])
 
 
 def _interpolate(a: FloatArray, b: FloatArray, t: FloatArray) -> FloatArray:
@@ -242,64 +252,95 @@ class _Search:
     def rise(self, end: Ends, which: int) -> AirWay | str:
         """Return the shortest free way from an end of a seam up to the plane; or why there is none.
 
-        Where there is none the end is moved towards the weld (`NEARER`).
+        Where there is none the end is moved towards the weld (`NEARER`); where none leads on from there, it goes aside.
         """
         R, weld = end.R[which], end.weld[which]
-        for share in NEARER:
-            p = weld + share * (end.p[which] - weld)
-            for corners in sorted(self._candidates(p, R), key=lambda corners: _length([p, *corners])):
-                points = np.array([p, *corners])
-                if self._is_free_back(points, R):
-                    is_move = np.linalg.norm(np.diff(points, axis=0), axis=1) > NO_LENGTH_MM
-                    points = points[np.append(True, is_move)]
-                    return AirWay(points, np.repeat(R[None], len(points), axis=0))
+        starts = [weld + share * (end.p[which] - weld) for share in NEARER]
+        usual = ((p, way) for p in starts for way in self._candidates(p, R))
+        narrow = ((p, way) for p in starts for way in self._ways_aside(p, R, end.more_wire_mm))
+        is_free_back = cache(lambda a, b: a == b or self._is_outside_material(np.array([a, b]), R))
+        for p, (free_from, corners) in chain(usual, narrow):
+            points = np.array([p, *corners])
+            is_free = all(self.is_free(a, b, R, R) for a, b in pairwise(points[free_from:]))
+            if is_free and is_free_back(*map(tuple, points[:2])):
+                points = points[np.append(True, np.linalg.norm(np.diff(points, axis=0), axis=1) > NO_LENGTH_MM)]
+                return AirWay(points, np.repeat(R[None], len(points), axis=0))
         where = ("to", "from")[which]
         return (
             f"seam {end.name}: no checked way leads {where} it: up, back along the wire and sideways, the torch comes "
             f"nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape})"
         )
 
-    def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[list[FloatArray]]:
-        """Yield corners of ways up to the plane: the point farther back first, then one outside, then above."""
-        wire = wire_directions(R, self.torch.axis)
-        box = self.part.corners.reshape(-1, 3)
-        middle, radius = (box.min(axis=0) + box.max(axis=0)) / 2, float(np.linalg.norm(np.ptp(box, axis=0))) / 2
-        far = radius + self.torch.reach_mm + self.torch.widest_mm + MARGIN_MM
+    def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[int, list[FloatArray]]]:
+        """Yield corners of ways up to the plane, the shortest first: the point farther back, one outside, one above."""
         side = np.cross(self.up, [1.0, 0.0, 0.0] if abs(self.up[0]) < 0.6 else [0.0, 1.0, 0.0])
         side /= np.linalg.norm(side)
-        other = np.cross(self.up, side)
-        for back in BACK_MM:
-            q = p - back * wire
-            yield [q, self._above(q)]
+        other, found = np.cross(self.up, side), list[tuple[float, int, list[FloatArray]]]()
+        places = p - np.array(BACK_MM)[:, None] * wire_directions(R, self.torch.axis)
+        for row, q in enumerate(places):
+            ways = [[q, self._above(q)]]
             for angle in np.arange(SIDES) * (2.0 * math.pi / SIDES):
-                way = math.cos(angle) * side + math.sin(angle) * other
-                reach = far - float((q - middle) @ way)
-                if reach > 0.0:
-                    out = q + reach * way
-                    yield [q, out, self._above(out)]
+                out = self._outside(q, math.cos(angle) * side + math.sin(angle) * other)
+                ways += [[q, out, self._above(out)]] if out is not q else []
+            found += [(sum(map(math.dist, [p, *way], way)), row, way) for way in ways]
+        found.sort(key=lambda way: way[0])
+        yield 1, found[0][2]
+        has_room = self._room(places, R, 0.0) >= 0.0
+        yield from ((1, way) for _, row, way in found[1:] if has_room[row])
+
+    def _ways_aside(self, p: FloatArray, R: FloatArray, more_mm: float) -> Iterator[tuple[int, list[FloatArray]]]:
+        """Yield corners of ways out of a narrow place: first aside, as near to the part as the weld is, then straight.
+
+        Of each way the number of the first corner from which it keeps the margin.
+        """
+        for q in (p - back * wire_directions(R, self.torch.axis) for back in BACK_MM[:2]):
+            for aside in ASIDE_MM:
+                places = q + aside * (WAYS if aside else WAYS[:1])
+                room = self._room(places, R, max(ASIDE_MM))
+                rows = np.argsort(-room, kind="stable")[:MOST_ASIDE]
+                for place in places[rows[room[rows] >= 0.0]]:
+                    if self._is_outside_material(np.array([q, place]), R, more_mm):
+                        yield from ((2, [q, place, *way]) for way in self._ways_out(place, R))
+
+    def _ways_out(self, p: FloatArray, R: FloatArray) -> Iterator[list[FloatArray]]:
+        """Yield corners of straight ways out of the part that may be free, the steepest first."""
+        ways = WAYS[np.argsort(-WAYS @ self.up, kind="stable")]
+        for far in LOOK_MM:
+            ways = ways[self._room(p + far * ways, R, 0.0) >= 0.0]
+        for way in ways[:: 1 + len(ways) // MOST_OUT]:
+            out, rise = self._outside(p, way), float(way @ self.up)
+            if rise > 0.0 and (self.height - float(p @ self.up)) / rise < math.dist(p, out):
+                out = p + (self.height - float(p @ self.up)) / rise * way
+            yield [out, self._above(out)]
+
+    def _outside(self, p: FloatArray, way: FloatArray) -> FloatArray:
+        """Return where the torch is outside the part's box on its way in a direction; the place itself if it is."""
+        box = self.part.corners.reshape(-1, 3)
+        middle, radius = (box.min(axis=0) + box.max(axis=0)) / 2, float(np.linalg.norm(np.ptp(box, axis=0))) / 2
+        reach = radius + self.torch.reach_mm + self.torch.widest_mm + MARGIN_MM - float((p - middle) @ way)
+        return p + reach * way if reach > 0.0 else p
 
     def _above(self, p: FloatArray) -> FloatArray:
         return np.asarray(p + max(self.height - float(p @ self.up), 0.0) * self.up, dtype=np.float64)
 
-    def _is_free_back(self, points: FloatArray, R: FloatArray) -> bool:
-        """Tell whether a way is free: its move along the wire for the flat nozzle, the rest for a capsule."""
-        wire = wire_directions(R, self.torch.axis)
-        back = float(np.linalg.norm(points[1] - points[0]))
-        if back > NO_LENGTH_MM:
-            tip = (points[0] + self.torch.standoff_mm * wire)[None]
-            shape = self.torch.shape
-            low, high = np.array([shape.wire_mm]), np.array([shape.wire_mm + shape.front_mm + back])
-            radius = shape.nozzle_radius_mm + self.part.deflection_mm
-            if self.part.tube_solids(tip, -wire[None], low, high, radius)[0] >= 0:
-                return False
-            if shape.neck is not None:
-                bend, start = neck_directions(R, self.torch.axis)[None], shape.wire_mm
-                met = find_poses_in_material(
-                    self.part, tip, -wire[None], shape, start_mm=start, more_mm=back, bend=bend
-                )
-                if len(met) > 0:
-                    return False
-        return all(self.is_free(a, b, R, R) for a, b in pairwise(points[1:]))
+    def _is_outside_material(self, points: FloatArray, R: FloatArray, more_mm: float | None = None) -> bool:
+        """Tell whether nozzle and neck, and a wire that is so much longer, stay out of the material on a move."""
+        shape, wire = self.torch.shape.with_more_wire(more_mm or 0.0), wire_directions(R, self.torch.axis)
+        wide = replace(shape, nozzle_radius_mm=shape.nozzle_radius_mm + self.part.deflection_mm)
+        tips = points + (self.torch.standoff_mm + (more_mm or 0.0)) * wire
+        swept = sweep(tips, np.stack([R, R]), wide.reaching, axis=2 if self.torch.axis is ToolAxis.Z else 0)
+        bend = None if shape.neck is None else neck_directions(swept.R, self.torch.axis)
+        back, start = np.repeat(-wire[None], len(swept.p), axis=0), START_MM if more_mm is not None else shape.wire_mm
+        return len(find_poses_in_material(self.part, swept.p, back, wide, start_mm=start, bend=bend)) == 0
+
+    def _room(self, p: FloatArray, R: FloatArray, most_mm: float) -> FloatArray:
+        """Return by how much more than its margin the torch is away from the part, shape (n,), mm, up to a limit."""
+        found = np.full(len(p), most_mm)
+        for a, b, radius in self.torch.segments(p, np.broadcast_to(R, (len(p), 3, 3))):
+            need = radius + MARGIN_MM + self.part.deflection_mm
+            distance, _ = part_distances(self.part, a, b, np.full(len(p), need + most_mm))
+            found = np.minimum(found, distance - need)
+        return found
 
     def across(self, a: FloatArray, b: FloatArray, turn: FloatArray, names: str) -> AirWay:
         """Return poses from a to b (both included) with the orientations of a turn, spread along the move."""
@@ -317,27 +358,15 @@ class _Search:
 
     def is_free(self, p0: FloatArray, p1: FloatArray, R0: FloatArray, R1: FloatArray) -> bool:
         """Tell whether a linear move keeps its distance from the part all along, and not only at samples."""
-        torch = self.torch
         omega = log_rotation(R0.T @ R1)
-        travel = float(np.linalg.norm(p1 - p0)) + float(np.linalg.norm(omega)) * torch.reach_mm
-        margin = MARGIN_MM + self.part.deflection_mm
+        travel = float(np.linalg.norm(p1 - p0)) + float(np.linalg.norm(omega)) * self.torch.reach_mm
         middle, half = np.array([0.5]), 0.5
         while len(middle):
             moved = travel * half  # no point of the axis is farther from its place at the middle
-            p = p0 + middle[:, None] * (p1 - p0)
-            R = R0 @ exp_rotation(middle[:, None] * omega)
-            is_near = np.zeros(len(p), dtype=bool)
-            for a, b, radius in torch.segments(p, R):
-                need = radius + margin
-                distance, _ = part_distances(self.part, a, b, np.full(len(p), need + moved))
-                if (distance < need).any() or (moved < LEAST_STRETCH_MM and np.isfinite(distance).any()):
-                    return False
-                is_near |= np.isfinite(distance)
-            middle = middle[is_near]
+            room = self._room(p0 + middle[:, None] * (p1 - p0), R0 @ exp_rotation(middle[:, None] * omega), moved)
+            if (room < 0.0).any() or (moved < LEAST_STRETCH_MM and (room < moved).any()):
+                return False
+            middle = middle[room < moved]
             middle = np.concatenate([middle - half / 2, middle + half / 2])
             half /= 2
         return True
-
-
-def _length(corners: Sequence[FloatArray]) -> float:
-    return sum(math.dist(a, b) for a, b in pairwise(corners))

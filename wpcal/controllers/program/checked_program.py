@@ -94,8 +94,8 @@ def check_program(
 
 def _ends(path: WeldPath) -> Ends:
     first, stop = path.weld_rows.start, path.weld_rows.stop
-    at = [first - 1, stop]
-    return Ends(path.seam.name, path.p_base[at], path.R_base[at], path.p_base[[first, stop - 1]])
+    at, welds = [first - 1, stop], path.p_base[[first, stop - 1]]
+    return Ends(path.seam.name, path.p_base[at], path.R_base[at], welds, path.seam.more_wire_mm)
 
 
 def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> dict[str, str]:

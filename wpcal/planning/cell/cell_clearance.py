@@ -176,10 +176,8 @@ class CellClearance:
         m, n = len(self.pairs), len(self._bodies)
         if pair < m:
             return self.pairs.names(pair)
-        return (self._bodies[pair - m].name, PART) if pair < m + n else self._floor_names(pair - m - n)
-
-    def _floor_names(self, row: int) -> tuple[str, str]:
-        return (self._bodies[row].name if row < len(self._bodies) else PART), FLOOR
+        ours = [*(body.name for body in self._bodies), PART]
+        return (ours[pair - m], PART) if pair < m + n else (ours[pair - m - n], FLOOR)
 
     def margins(self, q: FloatArray, *, moved: tuple[slice, FloatArray] | None = None) -> Margins:
         """Return lower bounds of the margins of n states.

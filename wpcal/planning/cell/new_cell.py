@@ -143,7 +143,10 @@ def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
         "source": source,
         "safety_distance_mm": new.safety_mm,
         "torch_robot": robot,
-        "bench": [_box(f"box {row + 1}", *corners) for row, corners in enumerate(new.boxes)],
+        "bench": [
+            hulled(f"box {row + 1}", np.array(np.meshgrid(*zip(*corners, strict=True))).reshape(3, -1).T)
+            for row, corners in enumerate(new.boxes)
+        ],
     }
     place = None if new.T_carrier_part is None else new.T_carrier_part.to_record()
     if new.positioner is None:
@@ -274,7 +277,3 @@ def _torch(new: NewCell, tool: RigidTransform) -> list[dict[str, Any]]:
     if new.torch_capsules:
         return bodies_of_capsules(new.torch_capsules, tool)
     return bodies_of_shape(new.torch, tool)
-
-
-def _box(name: str, low: FloatArray, high: FloatArray) -> dict[str, Any]:
-    return hulled(name, np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T)

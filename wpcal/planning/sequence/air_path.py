@@ -100,7 +100,7 @@ class AirPlanner:
         rng = np.random.default_rng(self.seed)
         check = self.checker.check(way, again=True)
         for _ in range(ROUNDS if len(way) > 2 else 0):
-            along = np.concatenate([[0.0], np.cumsum(self._seconds(way))])
+            along = np.concatenate([[0.0], np.cumsum(axis_seconds(way[:-1], way[1:], self.cell.speeds))])
             from_to = np.sort(rng.uniform(0.0, along[-1], (SHORTCUTS, 2)), axis=1)
             jumps = [(along[i], along[j]) for i in range(len(way)) for j in range(i + 2, len(way))]
             jumps.sort(key=lambda jump: jump[0] - jump[1])  # the farthest first
@@ -130,6 +130,3 @@ class AirPlanner:
             if len(way) == 2:
                 break
         return AirPath(way, check)
-
-    def _seconds(self, way: FloatArray) -> FloatArray:
-        return axis_seconds(way[:-1], way[1:], self.cell.speeds)

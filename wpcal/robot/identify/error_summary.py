@@ -210,10 +210,6 @@ def _as_scalar_first(R: FloatArray) -> FloatArray:
     return rotation_from_quaternion(np.roll(quaternion_from_rotation(R), -1, axis=-1))
 
 
-def _as_transposed(R: FloatArray) -> FloatArray:
-    return np.asarray(np.swapaxes(R, 1, 2))
-
-
 def _as_radians(R: FloatArray) -> FloatArray:
     """Undo the reading of angles in radians as degrees; such rotations are all below seven degrees."""
     return rotation_from_zyx(*np.rad2deg(zyx_angles(R)).T)
@@ -222,7 +218,9 @@ def _as_radians(R: FloatArray) -> FloatArray:
 IN_RADIANS = "angles in radians, expected degrees"
 ORIENTATION_SLIPS: dict[str, Callable[[FloatArray], FloatArray]] = {
     "quaternions in the order w, x, y, z; expected x, y, z, w": _as_scalar_first,
-    "rotations from the base to the flange; expected the flange's orientation in the base": _as_transposed,
+    "rotations from the base to the flange; expected the flange's orientation in the base": lambda R: np.swapaxes(
+        R, 1, 2
+    ),
     IN_RADIANS: _as_radians,
 }
 """Usual slips, and what undoes them."""

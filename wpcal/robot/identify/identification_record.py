@@ -121,11 +121,8 @@ def parameter_rows(result: Identification) -> list[dict[str, Any]]:
                 "absorbs": [unseen.name for unseen in fit.unseen if parameter.name in unseen.like],
             }
         )
-    return sorted(rows, key=lambda row: (_symbol_order(row["name"]), row["name"]))
-
-
-def _symbol_order(name: str) -> int:
-    return {"theta": 0, "d": 1, "beta": 1, "a": 2, "alpha": 3}[name.rstrip("0123456789")]
+    order = {"theta": 0, "d": 1, "beta": 1, "a": 2, "alpha": 3}
+    return sorted(rows, key=lambda row: (order[row["name"].rstrip("0123456789")], row["name"]))
 
 
 def measurement_base(result: Identification) -> RigidTransform:
