@@ -89,7 +89,7 @@ def workers(monkeypatch: pytest.MonkeyPatch) -> SimpleQueue[Worker]:
         return worker
 
     monkeypatch.setattr(front_module, "WorkerProcess", start)
-    monkeypatch.setattr(front_module, "GRACE_S", 0.1)
+    monkeypatch.setattr(front_module, "GRACE_S", 0.5)
     monkeypatch.setattr(front_module, "LAST_S", 0.2)
     monkeypatch.setattr(front_module, "WATCHDOG_S", 60.0)
     return made
@@ -134,7 +134,7 @@ def test_a_request_that_puts_files_in_place_was_not_cancelled(
         session.ask(2, "cancel", id=1)
         assert worker.told.get(timeout=SOON_S) == {"cancel": 1}
         worker.say(FINAL)
-    threading.Event().wait(3 * front_module.GRACE_S)
+    threading.Event().wait(1.5 * front_module.GRACE_S)
     session.ask(4, "hello")
     assert session.hear()["id"] == 4
     assert worker.told.empty()
