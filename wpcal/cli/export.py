@@ -190,7 +190,7 @@ def _show(
     for name, files in contents.items():
         form = forms[name]
         poses = sum(len(path) for path in form.paths)
-        away = "" if form.tolerance is None else f"; {describe_moves(form)}"
+        away = "" if form.tolerance is None else f"; {describe_moves(form, form.tolerance)}"
         what = f"{len(form.paths)} seams, {poses} poses{away}"
         click.echo(f"{name}: {what}: {', '.join(sorted(files))} in {targets[name]}")
     click.echo(f"wpcal: {'; '.join((*program.checked, not_checked))}", err=True)

@@ -13,7 +13,7 @@ from wpcal.controllers.program.arc import arc_in_words
 from wpcal.core.arrays import FloatArray
 from wpcal.core.version import __version__
 from wpcal.core.wording import listed
-from wpcal.robot.moves import Arc, Move
+from wpcal.robot.moves import Arc, Move, PathTolerance
 from wpcal.seam.seam import SeamFrames
 from wpcal.weld.runs import WeldRun
 from wpcal.weld.values import WeldValues, describe_weld
@@ -107,7 +107,7 @@ def describe(program: WeldProgram) -> list[str]:
         lines += program.planned.about
         if program.tool_data is not None:
             lines.append("SETS THE TOOL DATA to this tool: a tool centre point that was measured is overwritten")
-        lines += [] if program.tolerance is None else [describe_moves(program)]
+        lines += [] if program.tolerance is None else [describe_moves(program, program.tolerance)]
         return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *PLAN_NOT_CHECKED]
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
@@ -120,7 +120,7 @@ def describe(program: WeldProgram) -> list[str]:
     if program.is_corrected:
         lines.append("its frame is corrected by the touch program beside it, which calls it: start that one")
     if program.tolerance is not None:
-        lines.append(describe_moves(program))
+        lines.append(describe_moves(program, program.tolerance))
         if corners := sum(sum(path.stops(USUAL_ZONE_MM)[:-1]) for path in program.paths):
             most = program.tolerance.mm
             lines.append(f"stops at corners, where a zone would cut by more than {most:g} mm: {corners}")
@@ -160,16 +160,18 @@ def part_frame(program: WeldProgram) -> str:
     return "the base of the robot, as the part turns" if planned.turning else "the part as in the cell"
 
 
-def describe_moves(program: WeldProgram) -> str:
+def describe_moves(program: WeldProgram, allowed: PathTolerance) -> str:
     """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
-    tolerance = program.tolerance
-    moves = [path.moves for path in program.paths if path.moves is not None]
+    moves = {path.seam.name: path.moves for path in program.paths if path.moves is not None}
     points = [path.seam.name for path in program.paths if path.moves is None and not (path.run and path.run.is_woven)]
-    allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
-    told = []
-    if moves:
-        off_mm, off_rad = np.max([(each.off_mm, each.off_rad) for each in moves], axis=0)
-        told = [f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"]
+    off, told = {name: np.array([each.off_mm, math.degrees(each.off_rad)]) for name, each in moves.items()}, []
+    most = np.array([allowed.mm, math.degrees(allowed.wire_rad)])
+    if off:
+        mm, deg = np.max(list(off.values()), axis=0)
+        limits = f"(allowed: {most[0]:g} mm, {most[1]:g} deg)"
+        told.append(f"lines and arcs: the wire is at most {mm:.3f} mm and {deg:.2f} deg off {limits}")
+    if over := [name for name, each in off.items() if (each > 1.001 * most).any()]:
+        told.append(f"more than allowed between two points of {listed(over)}, where the torch turns fast")
     if points:
         told.append(f"a line to every point of {listed(points)}, where longer ones would meet the part")
     return "; ".join(told) or "lines to every point of the weaves"
@@ -178,7 +180,8 @@ def describe_moves(program: WeldProgram) -> str:
 def describe_path(path: WeldPath) -> str:
     """Return one line about a seam: what it is, its points or moves, and its 95 % error."""
     seam = path.seam
-    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {_count(path)}"
+    count = f"{path.weld_count} points" if path.moves is None else counted_moves(path.weld_moves)
+    text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {count}"
     if path.run is not None:
         words = [describe_weld(path.values), *_settings(path.values)]
         if path.run.is_tack:
@@ -202,12 +205,6 @@ def _settings(values: WeldValues) -> list[str]:
         (values.speed_mm_s, "mm/s"),
     )
     return [f"{number:g} {unit}" for number, unit in numbers if number is not None]
-
-
-def _count(path: WeldPath) -> str:
-    if path.moves is None:
-        return f"{path.weld_count} points"
-    return counted_moves(path.weld_moves)
 
 
 def counted_moves(moves: Sequence[Move]) -> str:
