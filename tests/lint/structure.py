@@ -13,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_729,
-    "lines of tests": 63_457,
+    "lines of wpcal and cad": 121_734,
+    "lines of tests": 63_460,
     "rooms": 21,
     "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,

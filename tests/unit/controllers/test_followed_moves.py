@@ -165,7 +165,8 @@ def test_the_header_says_how_far_the_moves_are_from_the_seam(make_seam, random_p
     for name in READERS:
         text = " ".join(str(text) for text in controller_named(name).write(program).values())
         plain = re.sub(r"\s+(?:\d+: +!|[!;#']|//)?\s*(?=[\w(])", " ", text.replace(" ;", ""))
-        assert said in plain and describe_path(program.paths[0]) in plain, name
+        assert said in plain, name
+        assert describe_path(program.paths[0]) in plain, name
     found = [describe_moves(program, PathTolerance(share * off.off_mm)) for share in (1.0, 0.9)]
     assert ["more than allowed between two points of W" in each for each in found] == [False, True]
 

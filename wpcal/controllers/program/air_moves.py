@@ -95,6 +95,7 @@ class AirWay:
 
     p: FloatArray
     R: FloatArray
+    near_mm: float = 0.0  #: How far it goes aside from a narrow place, nearer to the part than the margin.
 
     def __len__(self) -> int:
         return len(self.p)
@@ -111,6 +112,7 @@ class AirPlan:
     to_seam: tuple[AirWay, ...]
     from_seam: tuple[AirWay, ...]
     clearance_mm: float  #: Height of the tool centre point above the part on the way across.
+    near_mm: dict[str, float]  #: By name of a seam how far its ways go aside, nearer to the part than the margin.
 
 
 class NoWayError(GeometryError):
@@ -185,6 +187,7 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     if held:
         raise NoWayError(held)
     rises = [[way for way in ways if isinstance(way, AirWay)] for ways in found]
+    near = {end.name: max(way.near_mm for way in ways) for end, ways in zip(ends, rises, strict=True)}
     moved = tuple(np.stack([way.p[0] for way in ways]) for ways in rises)
     rises = [[AirWay(way.p[1:], way.R[1:]) for way in ways] for ways in rises]
     middle = (part.corners.reshape(-1, 3).min(axis=0) + part.corners.reshape(-1, 3).max(axis=0)) / 2
@@ -204,7 +207,7 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     back = search.across(at, home, last_turn, f"{ends[-1].name} to the safe point")
     tail = from_seam[-1]
     from_seam[-1] = AirWay(np.concatenate([tail.p, back.p[:-1]]), np.concatenate([tail.R, back.R[:-1]]))
-    return AirPlan(AirWay(home[None], home_R[None]), moved, tuple(to_seam), tuple(from_seam), clearance)
+    return AirPlan(AirWay(home[None], home_R[None]), moved, tuple(to_seam), tuple(from_seam), clearance, near)
 
 
 def _clearance(air: AirSettings, torch: TorchAtTool, turns: Sequence[FloatArray]) -> float:
@@ -263,12 +266,13 @@ class _Search:
             points = np.array([p, *corners])
             is_free = all(self.is_free(a, b, R, R) for a, b in pairwise(points[free_from:]))
             if is_free and is_free_back(*map(tuple, points[:2])):
+                near_mm = math.dist(points[1], points[free_from])
                 points = points[np.append(True, np.linalg.norm(np.diff(points, axis=0), axis=1) > NO_LENGTH_MM)]
-                return AirWay(points, np.repeat(R[None], len(points), axis=0))
+                return AirWay(points, np.repeat(R[None], len(points), axis=0), near_mm)
         where = ("to", "from")[which]
         return (
-            f"seam {end.name}: no checked way leads {where} it: up, back along the wire and sideways, the torch comes "
-            f"nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape})"
+            f"seam {end.name}: no checked way leads {where} it: up, back along the wire, sideways and askew, the torch "
+            f"comes nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape})"
         )
 
     def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[int, list[FloatArray]]]:

@@ -131,4 +131,5 @@ def _describe(part: TriangleMaterial, torch: TorchShape, axis: ToolAxis, plan: A
         f"checked against the part, to {part.deflection_mm:.2g} mm: {torch}",
         *neck,
         f"between seams the tool goes {plan.clearance_mm:g} mm above the part, {MARGIN_MM:g} mm from it at least",
+        *(f"NEARER on the first {mm:g} mm aside at {name}: no room there" for name, mm in plan.near_mm.items() if mm),
     )

@@ -170,7 +170,7 @@ def describe_moves(program: WeldProgram, allowed: PathTolerance) -> str:
         mm, deg = np.max(list(off.values()), axis=0)
         limits = f"(allowed: {most[0]:g} mm, {most[1]:g} deg)"
         told.append(f"lines and arcs: the wire is at most {mm:.3f} mm and {deg:.2f} deg off {limits}")
-    if over := [name for name, each in off.items() if (each > 1.001 * most).any()]:
+    if over := [name for name, each in off.items() if (each > 1.001 * most).any()]:  # a fit ends on the limit itself
         told.append(f"more than allowed between two points of {listed(over)}, where the torch turns fast")
     if points:
         told.append(f"a line to every point of {listed(points)}, where longer ones would meet the part")
