@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_734,
+    "lines of wpcal and cad": 121_737,
     "lines of tests": 63_460,
     "rooms": 21,
     "arrows between rooms": 107,

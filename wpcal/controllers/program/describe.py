@@ -162,16 +162,16 @@ def part_frame(program: WeldProgram) -> str:
 
 def describe_moves(program: WeldProgram, allowed: PathTolerance) -> str:
     """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
-    moves = {path.seam.name: path.moves for path in program.paths if path.moves is not None}
-    points = [path.seam.name for path in program.paths if path.moves is None and not (path.run and path.run.is_woven)]
-    off, told = {name: np.array([each.off_mm, math.degrees(each.off_rad)]) for name, each in moves.items()}, []
-    most = np.array([allowed.mm, math.degrees(allowed.wire_rad)])
-    if off:
-        mm, deg = np.max(list(off.values()), axis=0)
-        limits = f"(allowed: {most[0]:g} mm, {most[1]:g} deg)"
+    fitted = {each.seam.name: each.moves for each in program.paths if each.moves is not None}
+    points = [path.seam.name for path in program.paths if path.moves is None and not path.is_woven]
+    most, told = np.array([allowed.mm, math.degrees(allowed.wire_rad)]), []
+    if fitted:
+        off = np.array([(moves.off_mm, math.degrees(moves.off_rad)) for moves in fitted.values()])
+        (mm, deg), limits = off.max(axis=0), f"(allowed: {most[0]:g} mm, {most[1]:g} deg)"
         told.append(f"lines and arcs: the wire is at most {mm:.3f} mm and {deg:.2f} deg off {limits}")
-    if over := [name for name, each in off.items() if (each > 1.001 * most).any()]:  # a fit ends on the limit itself
-        told.append(f"more than allowed between two points of {listed(over)}, where the torch turns fast")
+        over = np.array([*fitted])[(off > 1.001 * most).any(axis=1)]  # a fit ends on the limit itself
+        if len(over):
+            told.append(f"more than allowed between two points of {listed(over)}, where the torch turns fast")
     if points:
         told.append(f"a line to every point of {listed(points)}, where longer ones would meet the part")
     return "; ".join(told) or "lines to every point of the weaves"

@@ -36,7 +36,7 @@ def fit_program(
 
 
 def _fitted(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, *, spin_is_free: bool) -> WeldPath:
-    if path.run is not None and path.run.is_woven:
+    if path.is_woven:
         return path  # a line to every point of the weave
     p, R = path.p_base[path.weld_rows], path.R_base[path.weld_rows]
     if spin_is_free and torch.spin_range_rad > 0.0:

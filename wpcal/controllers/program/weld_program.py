@@ -131,6 +131,11 @@ class WeldPath:
         return WeldValues() if self.run is None else self.run.weld.values
 
     @property
+    def is_woven(self) -> bool:
+        """Whether the points weave: no line may replace them."""
+        return self.run is not None and self.run.is_woven
+
+    @property
     def has_arcs(self) -> bool:
         """Whether one of the moves along the seam is an arc."""
         return any(isinstance(move, Arc) for move in self.weld_moves)

@@ -218,9 +218,7 @@ def _as_radians(R: FloatArray) -> FloatArray:
 IN_RADIANS = "angles in radians, expected degrees"
 ORIENTATION_SLIPS: dict[str, Callable[[FloatArray], FloatArray]] = {
     "quaternions in the order w, x, y, z; expected x, y, z, w": _as_scalar_first,
-    "rotations from the base to the flange; expected the flange's orientation in the base": lambda R: np.swapaxes(
-        R, 1, 2
-    ),
+    "rotations from the base to the flange; expected the flange's orientation in the base": lambda R: R.swapaxes(1, 2),
     IN_RADIANS: _as_radians,
 }
 """Usual slips, and what undoes them."""
