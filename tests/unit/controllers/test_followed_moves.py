@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.moves_of_programs import READERS, followed
 from wpcal.controllers.program import ControllerSettings, build_program
-from wpcal.controllers.program.describe import describe, describe_moves, describe_path
+from wpcal.controllers.program.describe import describe, describe_path
 from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
 from wpcal.results.folder import FinishedCalibration
@@ -167,8 +167,6 @@ def test_the_header_says_how_far_the_moves_are_from_the_seam(make_seam, random_p
         plain = re.sub(r"\s+(?:\d+: +!|[!;#']|//)?\s*(?=[\w(])", " ", text.replace(" ;", ""))
         assert said in plain, name
         assert describe_path(program.paths[0]) in plain, name
-    found = [describe_moves(program, PathTolerance(share * off.off_mm)) for share in (1.0, 0.9)]
-    assert ["more than allowed between two points of W" in each for each in found] == [False, True]
 
 
 def test_the_tool_turns_no_farther_about_the_wire_than_it_may(make_seam, random_place):

@@ -37,7 +37,8 @@ class Course:
     tip: FloatArray
     R: FloatArray  #: shape (m, 3, 3). Axes of the tool.
     s_mm: FloatArray  #: shape (m,). Length along the path.
-    nodes: IntArray  #: shape (n,). Rows at which moves may end.
+    nodes: IntArray  #: shape (k,). Rows at which moves may end.
+    steps: IntArray  #: shape (k - 1,). Number of the step between given poses that leaves each node but the last.
     axis: int  #: The axis of the tool along the wire: 0 for x, 2 for z.
     standoff_mm: float  #: From the tool centre point to the tip.
 
@@ -58,6 +59,7 @@ class Course:
         standoff_mm: float,
         most_mm: float,
         step_mm: float = STEP_MM,
+        pieces: IntArray | int = 1,
     ) -> Course:
         """Return the course through given poses.
 
@@ -65,25 +67,28 @@ class Course:
         `R`: shape (n, 3, 3). Axes of the tool.
         `s_mm`: shape (n,). Lengths along the path.
         `headings`: shape (n, 3). Directions of travel of the wire's tip; None: straight between two points.
+        `pieces`: shape (n - 1,), or one for all. Into how many pieces each step is divided; a move may end at each.
         """
         tip = p + standoff_mm * R[:, :, axis]
         step = np.diff(tip, axis=0)
         length = np.linalg.norm(step, axis=1)
-        parts = np.maximum(np.ceil(length / step_mm), LEAST_PARTS).astype(np.int64)
+        own = np.maximum(np.ceil(length / step_mm), LEAST_PARTS).astype(np.int64)  # of a piece
+        parts = own * pieces
         first = np.repeat(np.arange(len(parts)), parts)
         starts = np.concatenate([[0], np.cumsum(parts)])
-        t = (np.arange(len(first)) - starts[first]) / parts[first]
+        number = np.arange(len(first)) - starts[first]
+        t = number / parts[first]
         R_all = np.concatenate([product(exp_rotation(_turned(R, np.diff(s_mm), first, t)), R[first]), R[-1:]])
         chord = tip[first] + t[:, None] * step[first]
         curve = chord if headings is None else _hermite(tip, length, headings, _is_curve(step, headings), first, t)
-        is_node = t == 0.0
+        is_node = number % own[first] == 0
         off = np.zeros(len(parts))
         np.maximum.at(off, first, np.linalg.norm(curve - chord, axis=1))
         is_node |= off[first] > most_mm  # where the chord of a step already misses the path
         tips = np.concatenate([curve, tip[-1:]])
         s = np.concatenate([s_mm[first] + t * np.diff(s_mm)[first], s_mm[-1:]])
         nodes = np.concatenate([np.flatnonzero(is_node), [len(first)]])
-        return cls(tips - standoff_mm * R_all[:, :, axis], tips, R_all, s, nodes, axis, standoff_mm)
+        return cls(tips - standoff_mm * R_all[:, :, axis], tips, R_all, s, nodes, first[is_node], axis, standoff_mm)
 
 
 def _is_curve(step: FloatArray, headings: FloatArray) -> BoolArray:

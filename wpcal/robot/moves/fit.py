@@ -15,6 +15,9 @@ All moves from a layer are tested in one array operation. For n points at most n
 once. A straight path needs one test. The moves are tested at 18 of their points at most, and those of the best path
 then at every point. If one of them fails there, the search is repeated with every point of every move. Either way the
 moves that are returned were tested at every point, and their number is the least.
+
+Between two points the torch may turn so fast, or so unevenly, that no move is allowed. Such a step is divided in two,
+its pieces again, and so on: the course is known there, and on a short enough piece it is a line.
 """
 
 from __future__ import annotations
@@ -23,7 +26,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +44,7 @@ CHUNK = 200_000  #: Checked points in one array: some 50 MB.
 MOST_PAIRS = 100_000  #: Moves in one array: some 100 MB.
 FEW = 3  #: Points at which a move is tested first: most moves that leave the path do so there.
 FEW_NODES = 64  #: Up to so many, all moves between nodes are tested at once: 2000 in one array.
+MOST_SEARCHES = 13  #: Of a fit. Steps are divided in two before each but the first: half a turn into 0.04 deg.
 SOME = 15
 """Points at which the moves that are left are tested next. On a circle of n points nearly all n² / 4 arcs are left, and
 to test them at every point would take n³ / 16 operations."""
@@ -80,16 +84,10 @@ class _Steps(NamedTuple):
     turn: FloatArray
 
     def select(self, rows: IntArray) -> _Steps:
-        return _Steps(self.first[rows], self.last[rows], self.via[rows], self.worst[rows], self.turn[rows])
+        return _Steps._make(each[rows] for each in self)
 
     def joined(self, more: _Steps) -> _Steps:
-        return _Steps(
-            np.concatenate([self.first, more.first]),
-            np.concatenate([self.last, more.last]),
-            np.concatenate([self.via, more.via]),
-            np.concatenate([self.worst, more.worst]),
-            np.concatenate([self.turn, more.turn]),
-        )
+        return _Steps._make(np.concatenate(both) for both in zip(self, more, strict=True))
 
 
 def fit_moves(
@@ -107,7 +105,7 @@ def fit_moves(
 ) -> MovePath:
     """Return the fewest lines and arcs along a path.
 
-    Raises `GeometryError` when there are fewer than two points.
+    Raises `GeometryError` when there are fewer than two points, or no line is allowed on the shortest piece of a step.
 
     `p`: shape (n, 3). Tool centre points along the path, in any one frame, mm; at least two.
     `R`: shape (n, 3, 3). Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
@@ -118,16 +116,14 @@ def fit_moves(
     it, starting from the first pose. False: every move begins and ends with the given axes of the tool.
     Returns MovePath. Its first pose is the first of the path. Its last is the last of the path; with a free spin it may
     be turned about the wire.
-
-    The path with one line for each step is always allowed: a step that no allowed move covers becomes a line, and
-    `off_mm`, `off_rad` say how far it is from the path.
     """
     p, R = np.asarray(p, dtype=np.float64), np.asarray(R, dtype=np.float64)
     if len(p) < 2:
         raise GeometryError(f"moves: expected at least 2 points, got {len(p)}")
     chords = np.linalg.norm(np.diff(p, axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(chords)]) if s_mm is None else np.asarray(s_mm, dtype=np.float64)
-    course = Course.along(
+    along = partial(
+        Course.along,
         p,
         R,
         s_mm=s,
@@ -136,11 +132,15 @@ def fit_moves(
         standoff_mm=standoff_mm,
         most_mm=tolerance.mm if arcs else tolerance.mm / LINES_ONLY,
     )
-    search = _Search(course, tolerance, _FREE if spin_is_free else _GIVEN, SOME, arcs=arcs, also=also)
-    path = search.path()
-    if len(course.p) <= SOME or (path.off_mm <= tolerance.mm and path.off_rad <= tolerance.wire_rad):
-        return path
-    return replace(search, most=None).path()
+    search = _Search(along(), tolerance, _FREE if spin_is_free else _GIVEN, SOME, arcs=arcs, also=also)
+    pieces = np.ones(len(p) - 1, dtype=np.int64)
+    for _ in range(MOST_SEARCHES):
+        path = search.path()
+        if path is not None:
+            return path
+        pieces[search.uncovered()] *= 2
+        search = replace(search, course=along(pieces=pieces))
+    raise GeometryError(f"moves: no line keeps to the path between point {np.argmax(pieces) + 1} and the next")
 
 
 class _Turn(Enum):
@@ -163,15 +163,23 @@ class _Search:
     arcs: bool
     also: Condition | None
 
-    def path(self) -> MovePath:
-        """Return the fewest moves."""
+    def path(self) -> MovePath | None:
+        """Return the fewest moves; None if there is a step that no move covers."""
         whole = self.allowed(np.array([0]), np.array([len(self.course.nodes) - 1]))
-        if len(whole.first):
-            return _path(self.course, [whole], [0], self.tolerance)
-        layers, rows = self.layers(forced=False) or self.layers(forced=True) or ([], [])
-        return _path(self.course, layers, rows, self.tolerance)
+        found = ([whole], [0]) if len(whole.first) else self.layers()
+        if found is None:
+            return None
+        path = _path(self.course, *found, self.tolerance)
+        is_within = path.off_mm <= self.tolerance.mm and path.off_rad <= self.tolerance.wire_rad
+        return path if is_within or self.most is None else replace(self, most=None).path()
 
-    def layers(self, *, forced: bool) -> tuple[list[_Steps], list[int]] | None:
+    def uncovered(self) -> IntArray:
+        """Return the steps between given poses of which a piece is not an allowed move."""
+        count = len(self.course.nodes) - 1
+        pieces = replace(self, most=None).allowed(np.arange(count), np.arange(1, count + 1))
+        return np.unique(np.delete(self.course.steps, pieces.first))
+
+    def layers(self) -> tuple[list[_Steps], list[int]] | None:
         """Return the best steps into each layer, and in each the row of the one taken; None if the end fails."""
         count = len(self.course.nodes)
         arcs, worst = np.full(count, np.inf), np.full(count, np.inf)
@@ -180,7 +188,7 @@ class _Search:
         unreached[0] = False
         layers: list[_Steps] = []
         while len(layer) and unreached[-1]:
-            steps = self._from(layer, np.flatnonzero(unreached), forced=forced)
+            steps = self._from(layer, np.flatnonzero(unreached))
             many = arcs[steps.first] + (steps.via >= 0)
             most = np.maximum(worst[steps.first], steps.worst)
             order = np.lexsort((most, many, steps.last))
@@ -198,23 +206,16 @@ class _Search:
             node = int(steps.first[row])
         return layers, rows[::-1]
 
-    def _from(self, layer: IntArray, targets: IntArray, *, forced: bool) -> _Steps:
+    def _from(self, layer: IntArray, targets: IntArray) -> _Steps:
         """Return the allowed moves from a layer; those to the end only, if there are any."""
         end = np.full(len(layer), targets[-1])
         steps = self._known(layer, end)
         if len(steps.first):
             return steps
-        steps = steps.select(np.zeros(0, dtype=np.int64))
         for part in np.array_split(layer, math.ceil(len(layer) * len(targets) / MOST_PAIRS)):
             first, last = (x.ravel() for x in np.meshgrid(part, targets[:-1], indexing="ij"))
             steps = steps.joined(self._known(first[first < last], last[first < last]))
-        if not forced:
-            return steps
-        lonely = np.setdiff1d(layer[np.isin(layer + 1, targets)], steps.first[steps.last == steps.first + 1])
-        lines = np.full(len(lonely), -1)
-        turn = self._turns(lonely, lonely + 1, self.kinds[0])
-        worst = self._worst(lonely, lonely + 1, lines, turn, reject=False)
-        return steps.joined(_Steps(lonely, lonely + 1, lines, worst, turn))
+        return steps
 
     def _known(self, first: IntArray, last: IntArray) -> _Steps:
         """Return the allowed moves between nodes, out of all moves if there are few."""
@@ -269,14 +270,12 @@ class _Search:
             return swings_between(course.wire[begin], course.wire[end])
         return turns_through(course.wire[begin], course.wire[self._middles(first, last)], course.wire[end])
 
-    def _worst(
-        self, first: IntArray, last: IntArray, via: IntArray, turn: FloatArray, *, reject: bool = True
-    ) -> FloatArray:
+    def _worst(self, first: IntArray, last: IntArray, via: IntArray, turn: FloatArray) -> FloatArray:
         """Return the largest deviation of moves in shares of the tolerance; infinity where it is above 1."""
         course, begin, end = self.course, self.course.nodes[first], self.course.nodes[last]
         through = np.where((via >= 0)[:, None], course.p[via], np.nan)
         moves = Moves.between(course.p[begin], course.R[begin], course.p[end], turn, through)
-        worst = np.where(moves.is_sound, 0.0, np.inf) if reject else np.zeros(len(begin))
+        worst = np.where(moves.is_sound, 0.0, np.inf)
         inner = end - begin - 1
         for most in (FEW, self.most):
             left = np.flatnonzero(np.isfinite(worst) & (inner > 0))
@@ -286,8 +285,7 @@ class _Search:
                 if math.isfinite(self.tolerance.side_rad):
                     share = np.maximum(share, self._side(moves.select(rows[own]), at) / self.tolerance.side_rad)
                 np.maximum.at(worst, rows[own], share)
-            if reject:
-                worst[worst > 1.0] = np.inf
+            worst[worst > 1.0] = np.inf
         return worst
 
     def _side(self, moves: Moves, at: IntArray) -> FloatArray:
