@@ -6,11 +6,7 @@
 from __future__ import annotations
 
 import os
-import resource
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +17,7 @@ from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.bench_pick import NOISE_MM, touched
+from tests.benchmarks.timing import run_python
 from tests.samples.steel_structure import steel_structure
 from wpcal.core.pairs import PointPairs
 from wpcal.seam import SeamOptions
@@ -42,13 +39,10 @@ def write_jobs(folder: Path, pairs: PointPairs, count: int) -> Path:
     return folder / "jobs.csv"
 
 
-def run(*arguments: str | Path, environment: dict[str, str]) -> tuple[float, float]:
-    """Run a command; return the time by the clock and the processor time, s."""
-    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    subprocess.run(command, check=False, env=environment, capture_output=True)  # a job may end with UNSURE
-    seconds, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
-    return seconds, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+def run(*arguments: object, environment: dict[str, str]) -> tuple[float, float]:
+    """Run a command; return the time by the clock and the processor time, s. A job may end with UNSURE."""
+    use = run_python("-m", "wpcal", *arguments, ends=(0, 1), environment=environment)
+    return use.wall_s, use.processor_s
 
 
 def main() -> Table:
@@ -58,27 +52,20 @@ def main() -> Table:
         table.add_column(heading, justify="right")
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
-        environment = {**os.environ, FOLDER_VARIABLE: str(folder / "cache")}
+        cache = {FOLDER_VARIABLE: str(folder / "cache")}
         (folder / "part.step").write_bytes(new_step_text(steel_structure(1), "structure", pcurves=False))
         pairs, _ = touched(read_pick_part(folder / "part.step", options=SeamOptions(), choice=SeamChoice()))
         jobs = write_jobs(folder, pairs, JOBS)
         several = {}
         for pages, name in (("none", "batch, no page"), ("all", "batch, all pages")):
             out = folder / f"out-{pages}"
-            several[name] = run("batch", jobs, "-o", out, "-j", "2", "--report", pages, environment=environment)
+            several[name] = run("batch", jobs, "-o", out, "-j", "2", "--report", pages, environment=cache)
             done = sum(1 for _ in out.glob("*/calibration.json"))
             if done != JOBS:
                 raise RuntimeError(f"{done} of {JOBS} jobs ended")
         several["calibrate"] = np.sum(
             [
-                run(
-                    "calibrate",
-                    folder / "part.step",
-                    folder / f"t{i}.csv",
-                    "-o",
-                    folder / f"o{i}",
-                    environment=environment,
-                )
+                run("calibrate", folder / "part.step", folder / f"t{i}.csv", "-o", folder / f"o{i}", environment=cache)
                 for i in range(SINGLE_RUNS)
             ],
             axis=0,

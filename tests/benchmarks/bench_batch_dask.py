@@ -7,10 +7,7 @@ each counts. The first run with Dask also starts the processes for jobs in both 
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import psutil
@@ -20,7 +17,7 @@ from cad.session.part import read_pick_part
 from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
 from cad.workpiece.seams import SeamChoice
-from tests.benchmarks.bench_batch import JOBS, write_jobs
+from tests.benchmarks.bench_batch import JOBS, run, write_jobs
 from tests.benchmarks.bench_pick import touched
 from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.samples.steel_structure import steel_structure
@@ -39,22 +36,12 @@ def processor_s(processes: DaskProcesses, home: Path) -> float:
     return float(sum(sum(each.cpu_times()[:4]) for each in ours))
 
 
-def run(jobs: Path, out: Path, environment: dict[str, str], *options: str) -> tuple[float, float]:
-    """Run a batch; return the time by the clock and the processor time of the command and its children, s."""
-    command = [sys.executable, "-m", "wpcal", "batch", str(jobs), "-o", str(out), *options]
-    before, start = os.times(), time.perf_counter()
-    subprocess.run(command, check=False, env=environment, capture_output=True)  # a job may end with UNSURE
-    after, seconds = os.times(), time.perf_counter() - start
-    used = after.children_user + after.children_system - before.children_user - before.children_system
-    return seconds, used
-
-
 def main() -> Table:
     """Measure and return the table."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
-        environment = {**os.environ, FOLDER_VARIABLE: str(folder / "cache")}
-        os.environ[FOLDER_VARIABLE] = environment[FOLDER_VARIABLE]  # of the workers
+        cache = {FOLDER_VARIABLE: str(folder / "cache")}
+        os.environ.update(cache)  # of the workers
         (folder / "part.step").write_bytes(new_step_text(steel_structure(1), "structure", pcurves=False))
         pairs, _ = touched(read_pick_part(folder / "part.step", options=SeamOptions(), choice=SeamChoice()))
         jobs = write_jobs(folder, pairs, JOBS)
@@ -63,9 +50,10 @@ def main() -> Table:
             for _ in range(2):
                 processes.add_worker()
             for number in range(ROUNDS + 1):
-                here.append(run(jobs, folder / f"here{number}", environment, "-j", "2"))
+                here.append(run("batch", jobs, "-o", folder / f"here{number}", "-j", "2", environment=cache))
                 before = processor_s(processes, folder)
-                clock_s, used_s = run(jobs, folder / f"there{number}", environment, "--dask", processes.address)
+                out, to = folder / f"there{number}", processes.address
+                clock_s, used_s = run("batch", jobs, "-o", out, "--dask", to, environment=cache)
                 there.append((clock_s, used_s + processor_s(processes, folder) - before))
                 done = sum(1 for _ in folder.glob(f"*here{number}/*/calibration.json"))
                 if done != 2 * JOBS:

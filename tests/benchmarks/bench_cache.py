@@ -5,13 +5,12 @@ The first time, the commands run one after the other, so that each finds what th
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 from rich.table import Table
+
+from tests.benchmarks.timing import run_python
 
 FRAME = Path(__file__).parents[2] / "fixtures" / "frame"
 LINES = (
@@ -47,12 +46,5 @@ def least(line: str, folder: Path, answers: str) -> float:
 def seconds(line: str, folder: Path, answers: str) -> float:
     """Run a command; return the processor time of it and its children, s."""
     places = {"PART": str(FRAME / "frame.step"), "TAUGHT": str(FRAME / "taught.csv")}
-    command = [sys.executable, "-m", "wpcal", *(places.get(word, word) for word in line.split())]
-    environment = {**os.environ, "WPCAL_CACHE": answers}
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    process = subprocess.Popen(command, cwd=folder, env=environment, **quiet)
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise RuntimeError(f"{line} ended with {process.returncode}")
-    return usage.ru_utime + usage.ru_stime
+    words = [places.get(word, word) for word in line.split()]
+    return run_python("-m", "wpcal", *words, environment={"WPCAL_CACHE": answers}, folder=str(folder)).processor_s

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
-import time
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +12,8 @@ from rich.table import Table
 from cad.workpiece.calibrate import calibrate_files
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
-from tests.benchmarks.timing import least_seconds
+from tests.benchmarks.bench_extraction import read_raw
+from tests.benchmarks.timing import ProcessUse, least_seconds, run_python
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions
 
@@ -48,24 +46,10 @@ def at_the_prompt(folder: Path) -> list[tuple[str, str, str]]:
         ("wpcal fit, Table 1", pairs, "1 s", ""),
         ("wpcal calibrate fixtures/tee", tee, "6 s, aim 3 s", "700 MB"),
     ):
-        runs = [cold_run(command) for _ in range(REPEATS)]
-        seconds, megabytes = min(s for s, _ in runs), max(mb for _, mb in runs)
+        use = reduce(ProcessUse.least, (run_python("-m", "wpcal", *command) for _ in range(REPEATS)))
         limit = f"≤ {asked_s}" + (f", ≤ {asked_mb}" if asked_mb else "")
-        rows.append((name, limit, f"{seconds:.2f} s, largest process at most {megabytes:.0f} MB"))
+        rows.append((name, limit, f"{use.wall_s:.2f} s, largest process at most {use.peak_mb:.0f} MB"))
     return rows
-
-
-def cold_run(arguments: tuple[Path | str, ...]) -> tuple[float, float]:
-    """Run the command; return wall-clock seconds and the peak memory of its largest process, MB."""
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    start = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)  # its children that ended count, too
-    seconds = time.perf_counter() - start
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise RuntimeError(f"{' '.join(command)} ended with {process.returncode}")
-    return seconds, usage.ru_maxrss / 1024
 
 
 def beside_the_kernel(folder: Path) -> list[tuple[str, str, str]]:
@@ -94,11 +78,9 @@ def write_taught(features: tuple, path: Path) -> None:
 
 
 def read_and_write(source: Path, target: Path) -> None:
-    from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType, STEPControl_Writer
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    reader = STEPControl_Reader()
-    reader.ReadFile(str(source))
-    reader.TransferRoots()
+    reader = read_raw(source)
     writer = STEPControl_Writer()
     writer.Transfer(reader.OneShape(), STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(target))

@@ -100,13 +100,14 @@ def seconds(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - start, result
 
 
-def read_raw(path: Path) -> None:
-    """Parse and transfer with the kernel's plain reader."""
+def read_raw(path: Path) -> Any:
+    """Parse and transfer with the kernel's plain reader, and return it."""
     from OCP.STEPControl import STEPControl_Reader
 
     reader = STEPControl_Reader()
     reader.ReadFile(str(path))
     reader.TransferRoots()
+    return reader
 
 
 if __name__ == "__main__":

@@ -88,14 +88,8 @@ def row(bays: int, folder: Path) -> list[str]:
     whole = least_seconds(asking(server, rows), REPEATS)
     paging, size = least_seconds(build, 2), len(build()) / 1e6
     faces = str(len(part.workpiece.graph.face_solid))
-    return [
-        faces,
-        str(len(frames)),
-        *(f"{1e3 * s:.0f}" for s in (bare, whole)),
-        f"{whole / bare:.2f}",
-        f"{paging:.2f}",
-        f"{size:.2f}",
-    ]
+    answers = (f"{1e3 * bare:.0f}", f"{1e3 * whole:.0f}", f"{whole / bare:.2f}")
+    return [faces, str(len(frames)), *answers, f"{paging:.2f}", f"{size:.2f}"]
 
 
 def main() -> Table:

@@ -27,19 +27,8 @@ from tests.benchmarks.welds.score import WeldScore, score
 
 PUBLIC = Path(os.environ.get("WPCAL_WELD_PARTS", Path(__file__).parents[3] / "shared" / "welds"))
 """Where the public parts are looked for that are not copied into this repository."""
-HEADINGS = (
-    "part",
-    "sure",
-    "sure mm",
-    "probable",
-    "probable mm",
-    "accepted",
-    "right",
-    "optional",
-    "wrong",
-    "wrong mm",
-    "s",
-)
+COUNTS = ("accepted", "right", "optional", "wrong")  #: Of seams, by the names of `WeldScore`.
+HEADINGS = ("part", "sure", "sure mm", "probable", "probable mm", *COUNTS, "wrong mm", "s")
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +177,7 @@ def _cells(found: WeldScore) -> list[str]:
     sure, probable = found.sure, found.probable
     counts = [f"{c.found} of {c.of}" if c.of else "" for c in (sure, probable)]
     lengths = [f"{c.found_mm / c.of_mm:.0%}" if c.of_mm else "" for c in (sure, probable)]
-    seams = (found.accepted, found.right, found.optional, found.wrong)
+    seams = (getattr(found, name) for name in COUNTS)
     return [counts[0], lengths[0], counts[1], lengths[1], *(str(n) for n in seams), f"{found.wrong_mm:.0f}"]
 
 
@@ -200,7 +189,7 @@ def _sums(scores: Sequence[WeldScore]) -> list[str]:
         cells.append(f"{sum(c.found for c in found)} of {sum(c.of for c in found)}")
         cells.append(f"{sum(c.found_mm for c in found) / max(sum(c.of_mm for c in found), 1e-9):.0%}")
     accepted = sum(one.accepted for one in scores)
-    cells += [str(sum(getattr(one, name) for one in scores)) for name in ("accepted", "right", "optional")]
+    cells += [str(sum(getattr(one, name) for one in scores)) for name in COUNTS[:-1]]
     wrong = sum(one.wrong for one in scores)
     wrong_mm, all_mm = sum(one.wrong_mm for one in scores), sum(one.accepted_mm for one in scores)
     return [*cells, f"{wrong} = {wrong / max(accepted, 1):.0%}", f"{wrong_mm:.0f} = {wrong_mm / max(all_mm, 1e-9):.0%}"]

@@ -10,12 +10,13 @@ from pathlib import Path
 
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 from OCP.gp import gp_Pnt
-from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType, STEPControl_Writer
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
 from cad.kernel.topology import compound
 from cad.step.append import append_placement, with_entities
 from cad.step.bake import bake_text
 from cad.step.open_text import read_step_text
+from tests.benchmarks.bench_extraction import read_raw
 from tests.benchmarks.timing import least_seconds
 from wpcal.core.errors import FormatError
 from wpcal.core.records import write_file
@@ -28,13 +29,6 @@ BOXES = 5000  #: 30 000 faces, 91 MB: the size the project is asked to be fast a
 TO_REACH = 0.1
 SHARED_STEP = Path(__file__).resolve().parents[3] / "shared" / "step"
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
-
-
-def read_raw(path: Path) -> None:
-    """Parse and transfer with the kernel's plain reader."""
-    reader = STEPControl_Reader()
-    reader.ReadFile(str(path))
-    reader.TransferRoots()
 
 
 def append(path: Path, target: Path) -> None:
