@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from wpcal.results.folder import FinishedCalibration
     from wpcal.weld.find import FoundWelds
-    from wpcal.weld.record import StatedWeld
+    from wpcal.weld.place import StatedWeld
     from wpcal.weld.rules import RuleTable
 
 

@@ -18,8 +18,8 @@ from wpcal.core.wording import listed
 from wpcal.seam.path.position import UP, weld_positions
 from wpcal.seam.seam import JointType, Seam, WeldType
 from wpcal.weld.groove import Groove, measure_groove
-from wpcal.weld.place import SeamPlace, pair, place_of
-from wpcal.weld.record import PART_FILE, SEAMS_FILE, StatedWeld
+from wpcal.weld.place import SeamPlace, StatedWeld, pair, place_of
+from wpcal.weld.record import PART_FILE, SEAMS_FILE
 from wpcal.weld.rules import RuleTable
 from wpcal.weld.seam_weld import SeamWeld, Source, weld_for
 from wpcal.weld.thickness import plate_thicknesses, thinner
@@ -61,34 +61,40 @@ def find_welds(
     Raises `InputError` if a weld that was written by hand names a seam that is not there, or values contradict each
     other.
     """
-    places = seam_places(seams, T_base_part)
-    known = {name for name, _ in places}
-    unknown = [one.name for one in stated if one.place is None and one.name not in known]
-    if unknown:
-        near = f"; there are {listed(sorted(known))}" if known else "; the result has no seams"
-        raise InputError(f"{stated_in}: unknown seam {listed(unknown)}{near}")
-    told = [bool(one.user or one.files) for one in stated]
-    paired = pair([(one.name, one.place) for one in stated], places, worth_telling=told)
-    left = tuple(stated[row] for row in paired.left if told[row])
+    places = dict(seam_places(seams, T_base_part))
+    _refuse_unknown(stated, places, stated_in)
+    paired = pair(stated, [*places.items()])
+    left = tuple(one for one in paired.left if one.is_telling)
     notes = [*paired.notes, *(f"{one.name} has no seam now; its values are kept under without_seam" for one in left)]
+    chosen = [seam for seam in seams if names is None or seam.name in names]
+    not_chosen = [
+        paired.welds[name]
+        for name in places
+        if name in paired.welds and name not in (places if names is None else names)
+    ]
     mesh = None if part_glb is None else read_part_glb(part_glb)
     material = None if mesh is None else TriangleMaterial.of(mesh, T_base_part)
-    welds, not_chosen = [], []
-    for seam, (_, place) in zip(seams, places, strict=True):
-        own = stated[paired.rows[seam.name]] if seam.name in paired.rows else StatedWeld(seam.name, None, {})
-        if names is not None and seam.name not in names:
-            not_chosen += [replace(own, name=seam.name, place=place)] if own.user else []
-            continue
+    welds = []
+    for seam in chosen:
         try:
             groove = None if mesh is None else measure_groove(seam, mesh, T_base_part)
             laid = seam if groove is None else _in_groove(seam, groove)
             measured = _measured(laid, material)
             if positions and seam.name in positions:
                 measured["position"] = positions[seam.name]
-            welds.append(_weld(laid, place, rules, measured, own, groove))
+            own = paired.welds.get(seam.name, StatedWeld(seam.name, None, {}))
+            welds.append(_weld(laid, places[seam.name], rules, measured, own, groove))
         except InputError as error:
             raise InputError(f"{stated_in}: {error}" if stated_in else str(error), code=error.code) from None
-    return FoundWelds(tuple(welds), (*notes, *_of_welds(welds)), left, tuple(not_chosen))
+    return FoundWelds(tuple(welds), (*notes, *_of_welds(welds)), left, tuple(one for one in not_chosen if one.user))
+
+
+def _refuse_unknown(stated: Sequence[StatedWeld], known: Collection[str], stated_in: str) -> None:
+    """Refuse a weld that was written by hand and names no seam."""
+    unknown = [one.name for one in stated if one.place is None and one.name not in known]
+    if unknown:
+        near = f"; there are {listed(sorted(known))}" if known else "; the result has no seams"
+        raise InputError(f"{stated_in}: unknown seam {listed(unknown)}{near}")
 
 
 def _of_welds(welds: Sequence[SeamWeld]) -> list[str]:
@@ -130,8 +136,8 @@ def _weld(
     lower_side = 1 if float(np.mean(seam.frames.R[:, :, 1] @ np.array(UP))) < 0.0 else -1
     of_model = {} if groove is None else groove.values()  # exact, where the gap of a seam is to the nearest face
     own = {name: value for name, value in measured.items() if name not in of_model}
-    files = {**own, **stated.files}
-    return weld_for(seam, place, rules, user=stated.user, from_files=files, first_side=lower_side, groove=groove)
+    stated = replace(stated, files={**own, **stated.files})
+    return weld_for(seam, place, stated, rules, first_side=lower_side, groove=groove)
 
 
 def _measured(seam: Seam, material: TriangleMaterial | None) -> dict[str, tuple[Any, str]]:

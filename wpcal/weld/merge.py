@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from wpcal.weld.place import SeamPlace, pair
-from wpcal.weld.record import StatedWeld
+from wpcal.weld.place import SeamPlace, StatedWeld, pair
 
 
 def merge_stated(
@@ -21,24 +20,17 @@ def merge_stated(
     `first`, `second`: The second counts where both state a value; what only the first one states stays, unless the
     second gives the value back to the rules.
     """
-    rows = [
-        pair([(one.name, one.place) for one in stated], places, worth_telling=[False] * len(stated))
-        for stated in (first, second)
-    ]
+    rows = [pair(stated, places) for stated in (first, second)]
     merged, notes = [], []
-    for name, place in places:
-        old, new = (
-            replace(stated[found.rows[name]], name=name, place=place) if name in found.rows else None
-            for stated, found in zip((first, second), rows, strict=True)
-        )
+    for name, _ in places:
+        old, new = (found.welds.get(name) for found in rows)
         if old is None or new is None:
             merged += [one for one in (old, new) if one is not None]
             continue
         merged.append(_added(old, new))
         notes += [f"{name}: {change}" for change in _changes(old, new)]
-    left = {(first[row].name, first[row].place): first[row] for row in rows[0].left}
-    for row in rows[1].left:
-        new = second[row]
+    left = {(one.name, one.place): one for one in rows[0].left}
+    for new in rows[1].left:
         old = left.pop((new.name, new.place), None)
         merged.append(new if old is None else _added(old, new))
     return (*merged, *left.values()), tuple(notes)

@@ -6,8 +6,8 @@ part: start, middle and length.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -78,44 +78,59 @@ def _xyz(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 @dataclass(frozen=True, slots=True)
+class StatedWeld:
+    """What a person stated about one weld in a file."""
+
+    name: str  #: Of the seam.
+    place: SeamPlace | None  #: None in a file that was written by hand.
+    user: Mapping[str, Any]  #: Names of values and values as JSON holds them; null for none.
+    #: Values that another file stated, with its name.
+    files: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
+    given_back: tuple[str, ...] = ()  #: Names of values that go back to the rules, for `wpcal.weld.merge`.
+
+    @property
+    def is_telling(self) -> bool:
+        """Whether a person or a file stated a value."""
+        return bool(self.user or self.files)
+
+
+@dataclass(frozen=True, slots=True)
 class Paired:
     """Which weld of a file belongs to which seam."""
 
-    rows: dict[str, int]  #: By the name of the seam: row of the weld.
+    welds: dict[str, StatedWeld]  #: By the name of the seam, with its name and place of today.
     notes: tuple[str, ...]  #: What is not obvious, one line each.
-    left: tuple[int, ...]  #: Rows of welds without a seam.
+    left: tuple[StatedWeld, ...]  #: Welds without a seam.
 
 
-def pair(
-    old: Sequence[tuple[str, SeamPlace | None]], now: Sequence[tuple[str, SeamPlace]], *, worth_telling: Sequence[bool]
-) -> Paired:
+def pair(stated: Sequence[StatedWeld], now: Sequence[tuple[str, SeamPlace]]) -> Paired:
     """Find the seam of every weld in a file: first by place, then by name."""
-    rows: dict[str, int] = {}
+    welds: dict[str, StatedWeld] = {}
     notes: list[str] = []
-    free = dict.fromkeys(range(len(old)))
-    for must_have_name in (True, False):  # both rims of a hole are at one place
+    free = list(stated)
+    for note_of in (_at_its_place_and_name, _at_its_place, _of_its_name):  # both rims of a hole are at one place
         for name, place in now:
-            is_it = (row for row in free if _is_at(old[row], name if must_have_name else None, place))
-            row = None if name in rows else next(is_it, None)
+            tried = ((row, note_of(weld, name, place)) for row, weld in enumerate(free) if name not in welds)
+            row, note = next((each for each in tried if each[1] is not None), (None, None))
             if row is None:
                 continue
-            rows[name] = row
-            del free[row]
-            if old[row][0] != name and worth_telling[row]:
-                notes.append(f"{name} is at the place of {old[row][0]} and keeps its values")
-    for name, place in now:
-        row = None if name in rows else next((row for row in free if old[row][0] == name), None)
-        own = None if row is None else old[row][1]
-        moved = 0.0 if own is None else own.moved_mm(place)
-        if row is None or moved is None:
-            continue
-        rows[name] = row
-        del free[row]
-        if moved > 0.0 and worth_telling[row]:
-            notes.append(f"{name} has changed by {moved:.1f} mm and keeps its values")
-    return Paired(rows, tuple(notes), tuple(free))
+            weld = free.pop(row)
+            welds[name] = replace(weld, name=name, place=place)
+            if note and weld.is_telling:
+                notes.append(f"{name} {note} and keeps its values")
+    return Paired(welds, tuple(notes), tuple(free))
 
 
-def _is_at(weld: tuple[str, SeamPlace | None], name: str | None, place: SeamPlace) -> bool:
-    """Tell whether a weld of a file is at a place, and has a name if one is asked for."""
-    return weld[1] is not None and weld[1].is_same(place) and name in (None, weld[0])
+def _at_its_place_and_name(weld: StatedWeld, name: str, place: SeamPlace) -> str | None:
+    return "" if weld.name == name and _at_its_place(weld, name, place) else None
+
+
+def _at_its_place(weld: StatedWeld, name: str, place: SeamPlace) -> str | None:
+    return f"is at the place of {weld.name}" if weld.place is not None and weld.place.is_same(place) else None
+
+
+def _of_its_name(weld: StatedWeld, name: str, place: SeamPlace) -> str | None:
+    moved_mm = 0.0 if weld.place is None else weld.place.moved_mm(place)
+    if weld.name != name or moved_mm is None:
+        return None
+    return f"has changed by {moved_mm:.1f} mm" if moved_mm > 0.0 else ""

@@ -7,14 +7,13 @@ rules again; null states that there is none.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.weld.passes import Bead
-from wpcal.weld.place import SeamPlace
+from wpcal.weld.place import SeamPlace, StatedWeld
 from wpcal.weld.rules import RuleTable
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import VALUE_NAMES, describe_weld, plain, refuse_unknown
@@ -23,18 +22,6 @@ WELDS_SCHEMA = "wpcal/welds/1"
 OWN_RULES = "wpcal"  #: In a file: the table of rules of wpcal.
 OWN_FILES = (PART_FILE, SEAMS_FILE) = ("part.glb", "seams.json")
 """Files of a result folder that state values. These are found again at every run."""
-
-
-@dataclass(frozen=True, slots=True)
-class StatedWeld:
-    """What a person stated about one weld in a file."""
-
-    name: str  #: Of the seam.
-    place: SeamPlace | None  #: None in a file that was written by hand.
-    user: Mapping[str, Any]  #: Names of values and values as JSON holds them; null for none.
-    #: Values that another file stated, with its name.
-    files: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
-    given_back: tuple[str, ...] = ()  #: Names of values that go back to the rules, for `wpcal.weld.merge`.
 
 
 def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: RuleTable) -> dict[str, Any]:

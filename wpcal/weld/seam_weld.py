@@ -18,7 +18,7 @@ from wpcal.core.errors import InputError
 from wpcal.seam.seam import JointType, Seam, SeamSource, WeldType
 from wpcal.weld.groove import Groove
 from wpcal.weld.passes import Bead, place_beads
-from wpcal.weld.place import SeamPlace
+from wpcal.weld.place import SeamPlace, StatedWeld
 from wpcal.weld.rules import Case, Row, RuleTable
 from wpcal.weld.section import Section, section_of
 from wpcal.weld.stitch import stretches
@@ -90,29 +90,19 @@ class _Draft:
 def weld_for(
     seam: Seam,
     place: SeamPlace,
+    stated: StatedWeld,
     rules: RuleTable,
     *,
-    user: Mapping[str, Any] | None = None,
-    from_files: Mapping[str, tuple[Any, str]] | None = None,
     first_side: int = -1,
     groove: Groove | None = None,
 ) -> SeamWeld:
-    """Find the values of the weld in a seam.
+    """Find the values of the weld in a seam at a place.
 
     Raises `InputError` if values contradict each other, or a stitch does not fit on the seam. The message begins with
     the weld.
     """
     what = f"weld {seam.name}"
-    draft = _Draft()
-    for name, value in (user or {}).items():
-        draft.put(name, value, Source.USER, "")
-    for name, (value, file) in (from_files or {}).items():
-        if not _is_other_size(name, draft):
-            draft.put(name, value, Source.FILE, file)
-    for name, value in ({} if groove is None else groove.values()).items():
-        draft.put(name, value, Source.MODEL, MODEL_FILE)
-    if seam.bead_mm is not None and seam.source is SeamSource.DRAWN and not _is_other_size("throat_mm", draft):
-        draft.put("throat_mm", seam.bead_mm, Source.MODEL, MODEL_FILE)
+    draft = _stated_values(stated, seam, groove)
     case = Case(seam.joint, seam.weld, draft.given.get("thickness_mm"), draft.given.get("position"))
     speed_row = _take_rules(draft, rules.values_for(case))
     _take_depth(draft, seam)
@@ -135,6 +125,21 @@ def weld_for(
             "size (leg_mm or throat_mm of a fillet; depth_mm and root_gap_mm or groove_angle_deg of a butt weld)"
         )
     return SeamWeld(seam.name, place, seam.joint, seam.weld, values, draft.origins, beads, runs, tacks)
+
+
+def _stated_values(stated: StatedWeld, seam: Seam, groove: Groove | None) -> _Draft:
+    """Return what a person, files and the model state; the first of them counts."""
+    draft = _Draft()
+    for name, value in stated.user.items():
+        draft.put(name, value, Source.USER, "")
+    for name, (value, file) in stated.files.items():
+        if not _is_other_size(name, draft):
+            draft.put(name, value, Source.FILE, file)
+    for name, value in ({} if groove is None else groove.values()).items():
+        draft.put(name, value, Source.MODEL, MODEL_FILE)
+    if seam.bead_mm is not None and seam.source is SeamSource.DRAWN and not _is_other_size("throat_mm", draft):
+        draft.put("throat_mm", seam.bead_mm, Source.MODEL, MODEL_FILE)
+    return draft
 
 
 def _tacks(values: WeldValues, seam: Seam) -> tuple[tuple[float, float], ...]:

@@ -89,7 +89,7 @@ def section_of(
     without a gap.
     """
     if groove is not None and values.weld in BUTT_WELDS:
-        return _groove_section(values, groove)
+        return _between_sides(values, groove.left_share, groove.y_mm, groove.z_mm, groove.tilt_rad)
     if weld is WeldType.FILLET and values.weld is WeldKind.FILLET:
         between = math.pi - normals_rad
         height = throat_of(values, between)
@@ -104,11 +104,6 @@ def section_of(
         return Section(values.depth_mm, 0.0, gap, root_z_mm=-values.depth_mm) if gap > 0.0 else None
     left = 0.0 if values.weld in BEVELS else 0.5
     return _between_sides(values, left, z_mm=-values.depth_mm)
-
-
-def _groove_section(values: WeldValues, groove: Groove) -> Section | None:
-    """Return the section of a measured groove with the values as they are stated now."""
-    return _between_sides(values, groove.left_share, groove.y_mm, groove.z_mm, groove.tilt_rad)
 
 
 def _between_sides(

@@ -11,7 +11,8 @@ from typing import Any
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.record_check import check_record
 from wpcal.seam.names import seams_named, split_names
-from wpcal.weld.record import WELDS_SCHEMA, StatedWeld
+from wpcal.weld.place import StatedWeld
+from wpcal.weld.record import WELDS_SCHEMA
 from wpcal.weld.values import VALUE_NAMES, refuse_unknown
 
 

@@ -19,7 +19,7 @@ from wpcal.controllers.program.few_moves import fit_program
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
-from wpcal.weld.place import place_of
+from wpcal.weld.place import StatedWeld, place_of
 from wpcal.weld.rules import shipped_rules
 from wpcal.weld.seam_weld import weld_for
 
@@ -58,7 +58,7 @@ def welding(make_seam, **values):
     seam = half_circle(make_seam)
     stated = {"thickness_mm": 8.0, "position": "PB", "end_delay_s": 0.0, "crater": None, **values}
     T = RigidTransform.identity(target="base", source="part")
-    weld = weld_for(seam, place_of(seam, T), shipped_rules(), user=stated)
+    weld = weld_for(seam, place_of(seam, T), StatedWeld("W1", None, stated), shipped_rules())
     finished = FinishedCalibration(T, (seam,), (None,), {})
     return fit_program(build_program(finished, welds={"W1": weld}, arc=ArcSettings()))
 

@@ -33,7 +33,7 @@ from wpcal.planning.sequence.timeline import build_timeline
 from wpcal.robot.kinematics.arm import Coupling
 from wpcal.robot.moves import PathTolerance
 from wpcal.weld.find import find_welds
-from wpcal.weld.record import StatedWeld
+from wpcal.weld.place import StatedWeld
 from wpcal.weld.rules import shipped_rules
 from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
 

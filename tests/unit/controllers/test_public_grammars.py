@@ -28,7 +28,7 @@ from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
 from wpcal.results.folder import read_finished
 from wpcal.weld.find import find_welds
-from wpcal.weld.record import StatedWeld
+from wpcal.weld.place import StatedWeld
 from wpcal.weld.rules import shipped_rules
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"

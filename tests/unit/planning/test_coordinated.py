@@ -31,7 +31,7 @@ from wpcal.planning.plan.seam_file import read_held_seams
 from wpcal.robot.kinematics.inverse import follow_path
 from wpcal.robot.moves import Arc, PathTolerance
 from wpcal.weld.find import find_welds
-from wpcal.weld.record import StatedWeld
+from wpcal.weld.place import StatedWeld
 from wpcal.weld.rules import shipped_rules
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")

@@ -12,7 +12,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 from wpcal.weld.find import find_welds
 from wpcal.weld.groove import measure_groove
-from wpcal.weld.record import StatedWeld
+from wpcal.weld.place import StatedWeld
 from wpcal.weld.rules import shipped_rules
 from wpcal.weld.values import WeldKind
 

@@ -14,7 +14,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import read_finished
 from wpcal.seam.seam import JointType, SeamFrames, WeldType
-from wpcal.weld.place import SeamPlace, pair, place_of
+from wpcal.weld.place import SeamPlace, StatedWeld, pair, place_of
 from wpcal.weld.rules import Case, read_rules, shipped_rules, shipped_text
 from wpcal.weld.runs import runs_of_seam, weld_runs
 from wpcal.weld.seam_weld import RECOVERY, Source, weld_for
@@ -34,7 +34,7 @@ def straight(make_seam, R=FILLET, n=11):
 
 def weld(make_seam, user=None, thickness=6.0, position="PB", **settings):
     files = {"thickness_mm": (thickness, "part.glb"), "position": (position, "seams.json")}
-    return weld_for(straight(make_seam), PLACE, shipped_rules(), user=user, from_files=files, **settings)
+    return weld_for(straight(make_seam), PLACE, StatedWeld("W1", None, user or {}, files), shipped_rules(), **settings)
 
 
 def box(name, low, high):
@@ -79,7 +79,7 @@ def test_a_square_butt_has_a_wire_feed_and_no_more_speed_than_its_row(make_seam,
     flat = replace(seam.frames, angle_rad=np.zeros(len(seam.frames)))
     butt = replace(seam, joint=JointType.BUTT, weld=WeldType.GROOVE, frames=flat)
     files = {"thickness_mm": (thickness, "part.glb"), "position": ("PA", "seams.json")}
-    values = weld_for(butt, PLACE, shipped_rules(), user=user, from_files=files).values
+    values = weld_for(butt, PLACE, StatedWeld("W1", None, user, files), shipped_rules()).values
     _, row = shipped_rules().values_for(Case(JointType.BUTT, WeldType.GROOVE, thickness, "PA"))["speed_mm_s"]
     mm_per_a = values.wire_feed_m_min * 1000.0 / values.current_a * (values.wire_mm / 1.143) ** 2
     if "speed_mm_s" not in user:
@@ -157,15 +157,20 @@ def test_every_bead_is_run_along_every_stretch_before_the_next_bead(make_seam):
 def test_welds_are_paired_by_place_then_by_name_and_what_changed_is_told():
     far = replace(PLACE, middle_mm=(500.0, 0.0, 0.0))
     near = replace(PLACE, middle_mm=(50.0, 3.0, 0.0))
-    old = [("W1", PLACE), ("W2", far), ("W3", PLACE)]
-    found = pair(old, [("W5", PLACE), ("W2", near)], worth_telling=[True] * 3)
-    assert (found.rows, found.left) == ({"W5": 0}, (1, 2))
+
+    def stated(name, place):
+        return StatedWeld(name, place, {"leg_mm": 5.0})
+
+    old = [stated("W1", PLACE), stated("W2", far), stated("W3", PLACE)]
+    found = pair(old, [("W5", PLACE), ("W2", near)])
+    assert found.welds == {"W5": stated("W5", PLACE)}
+    assert found.left == tuple(old[1:])
     assert found.notes == ("W5 is at the place of W1 and keeps its values",)
-    moved = pair([("W1", PLACE)], [("W1", near)], worth_telling=[True])
-    assert moved.rows == {"W1": 0}
+    moved = pair([stated("W1", PLACE)], [("W1", near)])
+    assert moved.welds == {"W1": stated("W1", near)}
     assert moved.notes == ("W1 has changed by 3.0 mm and keeps its values",)
-    assert pair([("W1", None)], [("W1", far)], worth_telling=[True]).rows == {"W1": 0}
-    assert pair([("W1", far)], [("W1", PLACE)], worth_telling=[True]).left == (0,)
+    assert pair([stated("W1", None)], [("W1", far)]).welds == {"W1": stated("W1", far)}
+    assert pair([stated("W1", far)], [("W1", PLACE)]).left == (stated("W1", far),)
 
 
 def test_a_place_is_that_of_the_part_and_not_of_the_cell(make_seam, random_place):

@@ -13,8 +13,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 from wpcal.seam.seam import Seam
-from wpcal.weld.place import place_of
-from wpcal.weld.record import StatedWeld
+from wpcal.weld.place import StatedWeld, place_of
 from wpcal.weld.values import PREPARATIONS, WeldKind, plain
 from wpcal.weld.xmcf.read import WeldSide, XmcfSeam
 
