@@ -44,4 +44,5 @@ def test_a_program_without_its_retracts_is_found(tee: Planned) -> None:
 @pytest.mark.parametrize("part", [*FIXED, *range(BRACKETS)])
 def test_no_program_of_any_arm_touches_anything(part: str | int, arm: str, tmp_path: Path) -> None:
     for row in rows_of(str(part), arm, result_for(part, tmp_path), tmp_path, tuple(READERS)):
-        assert row.contacts == (), row
+        print(row)
+        assert row.contacts == ()
