@@ -31,15 +31,16 @@ def find_earlier_jobs(folder: Path, written: Collection[str]) -> EarlierJobs:
     suffixes = {Path(name).suffix.lower() for name in written}
     there = {path.name: path for path in sorted(folder.iterdir()) if path.is_file() and not path.is_symlink()}
     kept = {name: path for name, path in there.items() if name not in written and path.suffix.lower() in suffixes}
-    called: set[str] = set()
-    for name in written:
-        path = there.get(name)
-        if path is None or path.stat().st_size > MOST_BYTES:
-            continue
-        text = read_bytes(path).decode(ENCODING)
-        if OURS.search(text):
-            grammar = grammar_of_file(path)
-            calls = re.finditer(grammar.calls, text, re.MULTILINE) if grammar is not None and grammar.calls else ()
-            called |= {f"{match['name']}{path.suffix}" for match in calls}
+    called = {name for one in written if one in there for name in _called_by(there[one])}
     ours = tuple(name for name in kept if name in called)
     return EarlierJobs(ours, tuple(name for name in kept if name not in called))
+
+
+def _called_by(path: Path) -> set[str]:
+    """Return the files of the jobs that a program of an earlier export calls."""
+    grammar = grammar_of_file(path)
+    if grammar is None or not grammar.calls or path.stat().st_size > MOST_BYTES:
+        return set()
+    text = read_bytes(path).decode(ENCODING)
+    calls = re.finditer(grammar.calls, text, re.MULTILINE) if OURS.search(text) else ()
+    return {f"{match['name']}{path.suffix}" for match in calls}

@@ -5,7 +5,7 @@ What a language needs is asked for before anything is planned (`refusals`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -18,6 +18,7 @@ from wpcal.controllers.judge.written import write_judged
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import Controller
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
@@ -59,17 +60,14 @@ def write_plan(
     """
     named, found, in_cell = {each.name: each for each in seams}, WrittenPlan(), _sweep(plan, seams, part)
     with _telling(found.refused, [each.name for each in writers]):
-        most_mm = output.controller.zone_mm
-        rounds = most_mm and not in_cell.has_moving_axes
-        output = replace(output, zones=partial(in_cell.zones, most_mm=most_mm) if rounds else None)
+        output = replace(output, zones=_zones(in_cell, output))
         carried = build_planned_program(plan, named, output)
     if found.refused:
         return found
     found.open = [line for line in carried.checked if line.startswith("NOT CHECKED")]
     for each in writers:
         with _telling(found.refused, [each.name]):
-            is_followed = carried.planned is not None and carried.planned.follows
-            is_carried = each.coordinates_arcs or not is_followed
+            is_carried = each.coordinates_arcs or carried.planned is None or not carried.planned.follows
             program = carried if is_carried else build_planned_program(plan, named, replace(output, is_carried=False))
             program = _with_corners(program, output, each)
             sweep = in_cell if is_carried else replace(in_cell, is_carried=False)
@@ -77,6 +75,12 @@ def write_plan(
             found.files[each.name] = written.files
             found.tell(each.name, (*written.unjudged, *written.not_checked))
     return found
+
+
+def _zones(in_cell: CellSweep, output: PlanOutput) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]] | None:
+    """Return what finds the zones of joint moves; None where corners are exact."""
+    most_mm = output.controller.zone_mm
+    return partial(in_cell.zones, most_mm=most_mm) if most_mm and not in_cell.has_moving_axes else None
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
 from tests.unit.controllers.judging import judged
-from wpcal.controllers.audit.two_robots import is_of_two_robots, two_robot_faults
+from wpcal.controllers.audit.two_robots import two_robot_faults
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.language.jobs import ConfigurationRule
 from wpcal.controllers.plan_programs import write_plan
@@ -308,7 +308,7 @@ def check_coordinated(program, cell):
     coupled = dataclasses.replace(program, arm=with_coupling(program.arm)) if name == "fanuc" else program
     (own,) = (text for file, text in controller_named(name).write(coupled).items() if file.lower().startswith("r1"))
     path = Path(f"r1.{suffix}")
-    assert is_of_two_robots(own.encode(), path)
+    assert controller_named(name).load_grammar().is_in_step(own.encode(), path)
     assert two_robot_faults(own.encode(), path, None) == []
     if program.planned.is_carried:
         text = written(program, "inform")

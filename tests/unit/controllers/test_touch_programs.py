@@ -14,7 +14,7 @@ from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.audit.touches import is_touch_program, touch_faults
+from wpcal.controllers.audit.touches import touch_faults
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.touch_program import TouchProgram
@@ -254,7 +254,7 @@ def test_the_audit_knows_a_program_of_another_plan(language, tmp_path):
     (tmp_path / "touches.json").write_bytes((TEE_PLAN / "touches.json").read_bytes())
     for name, text in files.items():
         raw, path = text.encode(), folder / name
-        assert is_touch_program(raw, path)
+        assert controller_named(language).load_grammar().is_touch_program(raw, path)
         assert touch_faults(raw, path) == []
         other = raw.replace(program.plan.fingerprint.encode(), b"00000000")
         if b"fingerprint" in other:

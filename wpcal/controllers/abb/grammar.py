@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -46,14 +46,17 @@ def _judge_held(lines: list[str], _path: Path) -> Iterator[Complaint]:
         return
     held = {match[1] for match in _WORK_OBJECT.finditer(text)}
     for number, line in enumerate(lines, 1):
-        match = _WORK_OBJECT.search(line)
-        if match and (match[2].upper(), match[3].upper()) != ("FALSE", "FALSE"):
-            yield 'the work object does not move with a robot: expected [FALSE,FALSE,"ROB_2",…', number
-        elif match and match[4].upper() != "ROB_2":
-            yield f"the work object is in the hand of {match[4] or 'nobody'}: expected ROB_2", number
-        used = re.search(r"\\WObj:=(\w+)", line)
-        if "\\ID:=" in line and used and used[1] not in held:
-            yield f"a move in {used[1]}, which is not the held work object", number
+        yield from ((what, number) for what in _complaints(line, held))
+
+
+def _complaints(line: str, held: Collection[str]) -> Iterator[str]:
+    found, used = _WORK_OBJECT.search(line), re.search(r"\\WObj:=(\w+)", line)
+    if found and (found[2].upper(), found[3].upper()) != ("FALSE", "FALSE"):
+        yield 'the work object does not move with a robot: expected [FALSE,FALSE,"ROB_2",…'
+    elif found and found[4].upper() != "ROB_2":
+        yield f"the work object is in the hand of {found[4] or 'nobody'}: expected ROB_2"
+    if "\\ID:=" in line and used and used[1] not in held:
+        yield f"a move in {used[1]}, which is not the held work object"
 
 
 GRAMMAR = Grammar(

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partialmethod
 from typing import Any
 
 import numpy as np
@@ -166,11 +167,10 @@ class Instructions(BlockInterpreter):
 
     _do_arcmoveabsj = _do_moveabsj
 
-    def _do_syncmoveon(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        self.is_in_step = True
+    def _step(self, arguments: list[list[str]], options: dict[str, Any], *, on: bool) -> None:
+        self.is_in_step = on
 
-    def _do_syncmoveoff(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        self.is_in_step = False
+    _do_syncmoveon, _do_syncmoveoff = partialmethod(_step, on=True), partialmethod(_step, on=False)
 
     def _do_pdispset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, set(), "PDispSet")
@@ -206,18 +206,19 @@ class Instructions(BlockInterpreter):
         if not self.is_fine:
             raise ProgramError("the move before a search does not end in a fine point")
         if "FLANKS" not in options:
-            wanted = 0 if "NEGFLANK" in options else 1
-            if self.input(signal[0].upper()) == wanted:
-                raise RapidError("ERR_SIGSUPSEARCH")
-            if wanted != self.signals[signal[0].upper()]:
-                raise ProgramError("the search waits for the wrong edge of the signal")
+            self._require_edge(signal[0].upper(), 0 if "NEGFLANK" in options else 1)
         target = self._known(goal, "robtarget")
         frame, T_tool = self._placed(tool, options, speed)
         hit = self.machine.search(frame @ matrix(target), T_tool, speed_mm_s)
         if hit is None:
             raise RapidError("ERR_WHLSEARCH")
-        place = typed("robtarget", [*pose_values(inverse_pose(frame) @ hit), *([nested(v) for v in target.values[2:]])])
-        self.assign(found, place)
+        self.assign(found, self._at(inverse_pose(frame) @ hit, target))
+
+    def _require_edge(self, signal: str, wanted: int) -> None:
+        if self.input(signal) == wanted:
+            raise RapidError("ERR_SIGSUPSEARCH")
+        if wanted != self.signals[signal]:
+            raise ProgramError("the search waits for the wrong edge of the signal")
 
     def _do_search_1d(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         """SmarTac: to the start, then through the search point up to twice its distance; 3HAC024845."""
@@ -238,10 +239,13 @@ class Instructions(BlockInterpreter):
             return
         seen = inverse_pose(frame) @ hit
         if (stop := options.get("SEARCHSTOP")) is not None:
-            rest = [nested(v) for v in self.value(through).values[2:]]
-            self.assign(stop, typed("robtarget", [*pose_values(seen), *rest]))
+            self.assign(stop, self._at(seen, self.value(through)))
         moved = [[float(v) for v in seen[:3, 3] - point[:3, 3]], [1, 0, 0, 0]]
         self.assign(result, typed("pose", moved))
+
+    def _at(self, T: Matrix, like: Record) -> Any:
+        """Return a target elsewhere, with the configuration and the axes of another."""
+        return typed("robtarget", [*pose_values(T), *(nested(v) for v in like.values[2:])])
 
     def _smartac(self, fault: str) -> None:
         """The package shows a menu of its own: here the operator chooses RETURN, which leaves the default result."""
@@ -256,11 +260,10 @@ class Instructions(BlockInterpreter):
         self._only(options, {"SYNC"}, "SetDO")
         self._output(arguments, value=self.value(arguments[1]))
 
-    def _do_set(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        self._output(arguments, value=1)
+    def _switch(self, arguments: list[list[str]], options: dict[str, Any], *, value: int) -> None:
+        self._output(arguments, value=value)
 
-    def _do_reset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        self._output(arguments, value=0)
+    _do_set, _do_reset = partialmethod(_switch, value=1), partialmethod(_switch, value=0)
 
     def _do_waittime(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, {"INPOS"}, "WaitTime")
@@ -285,9 +288,6 @@ class Instructions(BlockInterpreter):
         self._only(options, {"NOREGAIN", "ALLMOVETASKS"}, "Stop")
         self.run.stop(self.run.messages[-1] if self.run.messages else "", self.on_stop)
 
-    def _do_exit(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        raise StoppedError("EXIT")
-
     def _do_stopmove(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, set(), "StopMove, ClearPath, StartMove")
 
@@ -296,11 +296,13 @@ class Instructions(BlockInterpreter):
     def _do_raise(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         raise RapidError(self.errors[-1])
 
-    def _do_trynext(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        raise TryNextError
+    def _leave(self, arguments: list[list[str]], options: dict[str, Any], *, how: type[Exception]) -> None:
+        raise how
 
-    def _do_retry(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        raise RetryError
+    _do_trynext, _do_retry = partialmethod(_leave, how=TryNextError), partialmethod(_leave, how=RetryError)
+
+    def _do_exit(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        raise StoppedError("EXIT")
 
     def _do_save(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, {"FILEPATH", "FILE", "TASKREF", "TASKNAME"}, "Save")

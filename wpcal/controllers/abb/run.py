@@ -7,7 +7,6 @@ the present values of its PERS data. What instructions do is in `wpcal.controlle
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -16,10 +15,9 @@ import numpy as np
 
 from wpcal.controllers.abb.grammar import GRAMMAR
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, TryNextError
-from wpcal.controllers.abb.statements import MARK, STORAGE, Data, ModuleReader, Procedure, instruction
+from wpcal.controllers.abb.statements import MARK, STORAGE, Data, Declaration, ModuleReader, Procedure, instruction
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.run.blocks import LeaveError, Node, text_of
-from wpcal.controllers.run.expressions import Parser
 from wpcal.controllers.run.machine import Matrix, about, rigid
 from wpcal.controllers.run.program import ProgramError, Run, entries_of
 from wpcal.core.same_bits import inverse_pose
@@ -32,28 +30,13 @@ ZONES = (0, 1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)
 ZERO = [[0, 0, 0], [1, 0, 0, 0]]
 
 
-SEARCH = re.compile(r"\bSearchL((?:\\\w+)*),[ \t]*+(\w++)", re.IGNORECASE)
-
-
 class Interpreter(Instructions):
     """One motion task with its modules; tools and work objects of the empty name are all that no module declares."""
 
-    grammar, words, COMMENT = GRAMMAR, SYNTAX, MARK
-    BLOCKS: Mapping[str, Callable[..., None]] = {
-        "IF": Instructions.choose,
-        "FOR": lambda self, node, tokens: self._for(node, tokens),
-        "WHILE": Instructions.loop_while,
-        "TEST": Instructions.select,
-    }
+    grammar, words, COMMENT, PARSER = GRAMMAR, SYNTAX, MARK, RapidParser
+    SIGNAL = r"(?i)\bSearchL(?:\\(?:(?P<off>NegFlank)|\w+))*,[ \t]*+(?P<name>\w++)"
 
-    def __init__(
-        self,
-        files: Mapping[str, str],
-        *args: Any,
-        tools: Mapping[Any, Matrix] | None = None,
-        bases: Mapping[Any, Matrix] | None = None,
-        **given: Any,
-    ) -> None:
+    def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.data: dict[str, Data] = {}
         self.local: dict[tuple[str, str], Data] = {}  #: By file and name.
         self.procedures: dict[str, Procedure] = {}
@@ -63,53 +46,50 @@ class Interpreter(Instructions):
         self.is_fine, self.is_in_step, self.in_handler = True, False, False
         self.shift = np.eye(4)
         self.undeclared: dict[str, Any] = {}
-        self._predefine(tools or {}, bases or {})
+        self._predefine(*(given.pop(key, None) or {} for key in ("tools", "bases")))
         super().__init__(files, *args, **given)
         self.signals = {str(name).upper(): bool(level) for name, level in self.signals.items()}
         self.file = ""  # until a routine runs
 
-    def signals_of(self, text: str) -> dict[str, bool]:
-        """Return the inputs for which searches wait, and their levels."""
-        return {match[2]: "NEGFLANK" not in match[1].upper() for match in SEARCH.finditer(text)}
-
     def _predefine(self, tools: Mapping[Any, Matrix], bases: Mapping[Any, Matrix]) -> None:
-        given: dict[str, tuple[str, list[Any]]] = {}
-        for name, T in {"TOOL0": np.eye(4), **tools}.items():
-            given[str(name) or " tool"] = "tooldata", [True, pose_values(T), [1, [0, 0, 1], [1, 0, 0, 0], 0, 0, 0]]
-        for name, T in {"WOBJ0": np.eye(4), **bases}.items():
-            given[str(name) or " wobj"] = "wobjdata", [False, True, "", pose_values(T), ZERO]
-        for speed in SPEEDS + FAST:
-            given[f"V{speed}"] = "speeddata", [speed, 500, 5000, 1000]
-        for zone in ("FINE", *(f"Z{mm}" for mm in ZONES)):
-            mm = 0 if zone == "FINE" else int(zone[1:])
-            given[zone] = "zonedata", [zone == "FINE", mm, 0, 0, 0, 0, 0]
-        for name, (kind, values) in given.items():
-            if name.startswith(" "):
-                self.undeclared[kind] = typed(kind, values)
-            else:
-                self.data[name.upper()] = Data("PERS", kind, typed(kind, values))
+        load, sizes = [1, [0, 0, 1], [1, 0, 0, 0], 0, 0, 0], {"FINE": 0, **{f"Z{mm}": mm for mm in ZONES}}
+        given: dict[str, dict[Any, list[Any]]] = {
+            "tooldata": {name: [True, pose_values(T), load] for name, T in {"TOOL0": np.eye(4), **tools}.items()},
+            "wobjdata": {
+                name: [False, True, "", pose_values(T), ZERO] for name, T in {"WOBJ0": np.eye(4), **bases}.items()
+            },
+            "speeddata": {f"V{speed}": [speed, 500, 5000, 1000] for speed in SPEEDS + FAST},
+            "zonedata": {name: [name == "FINE", mm, 0, 0, 0, 0, 0] for name, mm in sizes.items()},
+        }
+        for kind, values in given.items():
+            if "" in values:
+                self.undeclared[kind] = typed(kind, values.pop(""))
+            self.data |= {str(name).upper(): Data("PERS", kind, typed(kind, each)) for name, each in values.items()}
         self.given = set(self.data)
 
     def load(self, file: str, text: str) -> None:
-        """Read the modules of a file."""
         reader, self.file = ModuleReader(text, file), file
         self.texts |= dict.fromkeys(reader.names, reader.text)
-        for line, storage, kind, name, is_array, tokens, is_local in reader.declarations:
-            key = (reader.file, name.upper())
-            if key in self.local or (not is_local and name.upper() in self.data and name.upper() not in self.given):
-                raise ProgramError(f"{name} is declared twice", path=reader.file, line=line)
+        for each in reader.declarations:
+            name = each.name.upper()
+            if (file, name) in self.local or (not each.is_local and name in self.data and name not in self.given):
+                raise ProgramError(f"{each.name} is declared twice", path=file, line=each.line)
             try:
-                value = self.value(tokens) if tokens else [] if is_array else empty(kind)
-                value = [typed(kind, one) for one in value] if is_array else typed(kind, value)
+                made = self._made(each)
             except ProgramError as error:
-                raise error.at(reader.file, line) from None
-            made = Data(storage, kind, value, is_array)
-            if is_local:
-                self.local[key] = made
+                raise error.at(file, each.line) from None
+            if each.is_local:
+                self.local[file, name] = made
             else:
-                self.data[name.upper()] = made
+                self.data[name] = made
         for name, routine in reader.routines.items():
             self.routines[self.declare(name, file, self.routines)] = self.procedures[name] = routine
+
+    def _made(self, each: Declaration) -> Data:
+        kind = each.kind
+        value = self.value(each.tokens) if each.tokens else [] if each.is_array else empty(kind)
+        value = [typed(kind, one) for one in value] if each.is_array else typed(kind, value)
+        return Data(each.storage, kind, value, each.is_array)
 
     # -- names -----------------------------------------------------------------------------------------------------
 
@@ -121,7 +101,6 @@ class Interpreter(Instructions):
         return self.local.get((self.file, name)) or self.data.get(name)
 
     def name(self, name: str) -> Any:
-        """Return the value of a name."""
         for known in (ERRORS, LEVELS):
             if name in known:
                 return known[name]
@@ -135,13 +114,11 @@ class Interpreter(Instructions):
         return data.value
 
     def part(self, value: Any, name: str) -> Any:
-        """Return a part of a record."""
         if not isinstance(value, Record):
             raise ProgramError(f"{value!r} has no part {name}")
         return value.values[value.index(name)]
 
     def item(self, value: Any, indices: list[Any]) -> Any:
-        """Return an element of an array."""
         for index in indices:
             if not isinstance(value, list) or not isinstance(index, int | float) or not 1 <= index <= len(value):
                 raise ProgramError(f"no element {index}")
@@ -149,7 +126,6 @@ class Interpreter(Instructions):
         return value
 
     def call(self, name: str, arguments: list[Any]) -> Any:
-        """Return the value of a function."""
         options = arguments.pop() if arguments and isinstance(arguments[-1], dict) else {}
         if name in {"OFFS", "RELTOOL"}:
             target, *by = arguments
@@ -184,10 +160,6 @@ class Interpreter(Instructions):
             raise ProgramError(f"the function {name} is unknown")
         return functions[name](*arguments)
 
-    def parser(self, tokens: list[str]) -> Parser:
-        """Return what reads arguments with a backslash, too."""
-        return RapidParser(tokens, SYNTAX, self)
-
     def give(self, name: str, value: Any) -> None:
         """Give the number of a loop a value."""
         self.locals[-1][name] = Data("VAR", "num", value)
@@ -202,41 +174,19 @@ class Interpreter(Instructions):
         if len(tokens) == 1:
             data.value = value if data.is_array else typed(data.kind, value)
             return
-        *steps, last = self._steps(tokens)
-        kind, holder = data.kind, data.value
-        for step in steps:
-            kind, holder = self._into(kind, holder, step)
-        kind, _ = self._into(kind, holder, last)
-        if isinstance(last, int):
-            holder[last] = typed(kind, value)
+        if tokens[-2:-1] == ["."]:
+            holder, part = self.value(tokens[:-2]), tokens[-1].lower()
+            if not isinstance(holder, Record):
+                raise ProgramError(f"no part {part}")
+            at = holder.index(part)
+            holder.values[at] = typed(PARTS[holder.kind][at][1], value)
+        elif tokens[-1] == "}" and "{" in tokens:
+            begin = len(tokens) - 1 - tokens[::-1].index("{")
+            holder, index = self.value(tokens[:begin]), self.value(tokens[begin + 1 : -1])
+            self.item(holder, [index])  # refused where there is none
+            holder[int(index) - 1] = typed(data.kind, value)
         else:
-            holder.values[holder.index(last)] = typed(kind, value)
-
-    def _steps(self, tokens: list[str]) -> list[str | int]:
-        """Return the parts and elements behind a name."""
-        steps: list[str | int] = []
-        at = 1
-        while at < len(tokens):
-            if tokens[at] == "." and at + 1 < len(tokens):
-                steps.append(tokens[at + 1].lower())
-                at += 2
-            elif tokens[at] == "{" and "}" in tokens[at:]:
-                close = tokens.index("}", at)
-                steps.append(int(self.value(tokens[at + 1 : close])) - 1)
-                at = close + 1
-            else:
-                raise ProgramError(f"cannot be assigned: {' '.join(tokens)}")
-        return steps
-
-    def _into(self, kind: str, holder: Any, step: Any) -> tuple[str, Any]:
-        if isinstance(step, int):
-            if not isinstance(holder, list) or not 0 <= step < len(holder):
-                raise ProgramError(f"no element {step + 1}")
-            return kind, holder[step]
-        if not isinstance(holder, Record):
-            raise ProgramError(f"no part {step}")
-        position = holder.index(step)
-        return PARTS[holder.kind][position][1], holder.values[position]
+            raise ProgramError(f"cannot be assigned: {' '.join(tokens)}")
 
     # -- running ---------------------------------------------------------------------------------------------------
 
@@ -303,7 +253,6 @@ class Interpreter(Instructions):
                 break
 
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
-        """Run one statement."""
         if word in STORAGE:
             self._declare(tokens)
         elif tokens[1:2] and tokens[1] in {".", "{", ":="} and ":=" in tokens:
@@ -322,7 +271,8 @@ class Interpreter(Instructions):
         value = self.value(tokens[equals + 1 :]) if equals < len(tokens) else empty(kind)
         self.locals[-1][name] = Data(storage, kind, value if is_array else typed(kind, value), is_array)
 
-    def _for(self, node: Node, tokens: list[str]) -> None:
+    def count(self, node: Node, tokens: list[str]) -> None:
+        """Run a block with a variable that counts, by default down where the last value is less."""
         words = [token.upper() for token in tokens]
         if "FROM" not in words or "TO" not in words:
             raise ProgramError(f"{node.text[:40]!r} is no FOR")

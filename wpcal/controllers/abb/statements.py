@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from wpcal.controllers.abb.values import SYNTAX
 from wpcal.controllers.language.grammar import mark_of
 from wpcal.controllers.run.blocks import Node, Row, Steps, tree
-from wpcal.controllers.run.expressions import tokens_of, without_comment
+from wpcal.controllers.run.expressions import outside, tokens_of, without_comment
 from wpcal.controllers.run.program import ProgramError
 
 STORAGE = {"CONST", "VAR", "PERS"}
@@ -101,10 +101,9 @@ class ModuleReader:
 
     def until(self, *ends: str) -> list[str]:
         """Take the tokens before one of these, outside brackets."""
-        begin, depth = self.at, 0
-        while depth or self.peek() not in ends:
-            depth += (self.peek() in {"(", "[", "{"}) - (self.peek() in {")", "]", "}"})
-            self.take()
+        begin, self.at = self.at, outside(self.tokens, ends, self.at)
+        if self.at == len(self.tokens):
+            self.take()  # refused: there is no more
         return self.tokens[begin : self.at]
 
     # -- declarations ----------------------------------------------------------------------------------------------
@@ -120,22 +119,26 @@ class ModuleReader:
             self.until(")")
             self.take()
         while self.peek() != "ENDMODULE":
-            is_local = False
-            while self.peek() in {"LOCAL", "TASK"}:
-                is_local = self.take().upper() == "LOCAL" or is_local
-            word = self.peek()
-            if word == "PROC":
-                self._routine()
-            elif word in STORAGE:
-                self.declarations.append(self._declaration()._replace(is_local=is_local))
-            elif word in SKIPPED:
-                while self.take().upper() != SKIPPED[word]:
-                    pass
-            elif word.startswith(MARK):
-                self.take()
-            else:
-                raise self.fault(f"{word!r} is no declaration")
+            self._declared()
         self.take("ENDMODULE")
+
+    def _declared(self) -> None:
+        """Take what a module declares: a routine, data, or what is not executed."""
+        is_local = False
+        while self.peek() in {"LOCAL", "TASK"}:
+            is_local = self.take().upper() == "LOCAL" or is_local
+        word = self.peek()
+        if word == "PROC":
+            self._routine()
+        elif word in STORAGE:
+            self.declarations.append(self._declaration()._replace(is_local=is_local))
+        elif word in SKIPPED:
+            while self.take().upper() != SKIPPED[word]:
+                pass
+        elif word.startswith(MARK):
+            self.take()
+        else:
+            raise self.fault(f"{word!r} is no declaration")
 
     def _declaration(self) -> Declaration:
         line, storage, kind, name = self.line, self.take().upper(), self.take().lower(), self.take()
@@ -185,7 +188,7 @@ class ModuleReader:
         rows = list[Row]()
         while self.peek() not in ends:
             rows += self._statement()
-        return tree(rows, self.file, begins=_begins, turns="ELSEIF ELSE CASE DEFAULT", ends=ENDS)
+        return tree(rows, self.file, begins=r"(?:IF|FOR|WHILE|TEST)(?!\S)", turns="ELSEIF ELSE CASE DEFAULT", ends=ENDS)
 
     def _statement(self) -> list[Row]:
         """Take one statement, or what begins, divides or ends a block."""
@@ -233,27 +236,17 @@ def instruction(tokens: Sequence[str]) -> tuple[list[list[str]], dict[str, list[
     """Return the arguments of an instruction, and those with a backslash."""
     arguments, options, at = list[list[str]](), dict[str, list[str]](), 0
 
-    def until() -> list[str]:
-        nonlocal at
-        begin, depth = at, 0
-        while at < len(tokens) and (depth or tokens[at] not in {",", "\\"}):
-            depth += (tokens[at] in {"(", "[", "{"}) - (tokens[at] in {")", "]", "}"})
-            at += 1
-        return list(tokens[begin:at])
-
     while at < len(tokens):
         at += tokens[at] == ","
         if tokens[at : at + 1] == ["\\"]:
             option, at = "".join(tokens[at + 1 : at + 2]).upper(), at + 2
-            at += (has_value := tokens[at : at + 1] == [":="])
-            options[option] = until() if has_value else []
+            end = outside(tokens, {",", "\\"}, at + 1) if tokens[at : at + 1] == [":="] else at
+            options[option], at = list(tokens[at + 1 : end]), end
         else:
-            arguments.append(until())
+            end = outside(tokens, {",", "\\"}, at)
+            arguments.append(list(tokens[at:end]))
+            at = end
     return arguments, options
-
-
-def _begins(text: str) -> bool:
-    return text.split(maxsplit=1)[0].upper() in {"IF", "FOR", "WHILE", "TEST"}
 
 
 def _blank_lines(match: re.Match[str]) -> str:

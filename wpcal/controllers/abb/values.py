@@ -31,6 +31,7 @@ PARTS = {
     "zonedata": [("finep", "bool"), *((f"z{i}", "num") for i in range(6))],
 }
 PLAIN = {"num": 0, "dnum": 0, "bool": False, "string": "", "errnum": 0, "intnum": 0, "switch": False, "syncident": 0}
+KINDS: dict[str, tuple[type, ...]] = {"string": (str,), "bool": (bool,), "num": (int, float), "dnum": (int, float)}
 TOKEN = re.compile(
     r'"[^"]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?|[A-Za-z_]\w*|:=|<>|<=|>=|[-+*/=<>()\[\]{},;:.\\%?]'
 )
@@ -89,8 +90,7 @@ def typed(kind: str, value: Any) -> Any:
         if not isinstance(value, list) or len(value) != len(PARTS[kind]):
             raise ProgramError(f"{value!r} is no {kind}")
         return Record(kind, [typed(k, v) for (_, k), v in zip(PARTS[kind], value, strict=True)])
-    expected: Any = {"string": str, "bool": bool, "num": (int, float), "dnum": (int, float)}.get(kind)
-    if expected and (not isinstance(value, expected) or (kind in {"num", "dnum"} and isinstance(value, bool))):
+    if kind in KINDS and type(value) not in KINDS[kind]:
         raise ProgramError(f"{value!r} is no {kind}")
     return value
 

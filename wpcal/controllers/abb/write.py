@@ -210,12 +210,7 @@ class _Rapid(WeldWriter):
             speed_data("vWeld", program.motion.speed_mm_s),
             speed_data("vAir", program.motion.air_speed_mm_s),
         ]
-        if self.planned is not None:
-            lines.append(speed_data("vJoint", TURN_DEG_S))  # a limit of the tip: the joints limit most of these moves
-            lines += [zone_data(_zone(mm), mm) for mm in self.planned.zones_mm]
-            for moves, numbers in self.planned.numbered():
-                external = [_external(row) for row in self.planned.external_texts(moves.external, DEG_DECIMALS)]
-                lines += jointtargets([f"{JOINT_TARGET}{number:04d}" for number in numbers], moves.joints, external)
+        lines += self._planned_data()
         for path in program.paths:
             if path.run is not None:  # a seam with weld data has its own speed and data of the arc
                 arc = self.arcs[path.seam.name]
@@ -226,6 +221,18 @@ class _Rapid(WeldWriter):
         for path in program.paths:
             targets = self._targets(self.labels(path), path)
             lines += targets[0 if self.planned is None else path.before :]  # a plan goes to joints before a seam
+        return lines
+
+    def _planned_data(self) -> list[str]:
+        """Declare speed, zones and targets of the joint moves of a plan."""
+        planned = self.planned
+        if planned is None:
+            return []
+        lines = [speed_data("vJoint", TURN_DEG_S)]  # a limit of the tip: the joints limit most of these moves
+        lines += [zone_data(_zone(mm), mm) for mm in planned.zones_mm]
+        for moves, numbers in planned.numbered():
+            external = [_external(row) for row in planned.external_texts(moves.external, DEG_DECIMALS)]
+            lines += jointtargets([f"{JOINT_TARGET}{number:04d}" for number in numbers], moves.joints, external)
         return lines
 
     def _targets(self, labels: list[str], poses: WeldPath | SafePoint) -> list[str]:

@@ -19,14 +19,15 @@ from wpcal.controllers.audit.programs import (
     executed,
     executed_faults,
 )
-from wpcal.controllers.audit.read_back import is_weld_program
+from wpcal.controllers.audit.read_back import require_grammar
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
-from wpcal.controllers.audit.touches import executed_touch_faults, is_touch_program, touch_faults
-from wpcal.controllers.audit.two_robots import CHECKED, SWEPT, is_of_two_robots, swept_faults, two_robot_faults
+from wpcal.controllers.audit.touches import executed_touch_faults, touch_faults
+from wpcal.controllers.audit.two_robots import CHECKED, SWEPT, swept_faults, two_robot_faults
+from wpcal.controllers.judge.execute import interpreted
 from wpcal.controllers.judge.in_cell import CellSweep
-from wpcal.controllers.registry import Controller, controller_of_program, grammar_of_file
+from wpcal.controllers.registry import Controller, grammar_of_file
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
@@ -112,52 +113,63 @@ class _Audit:
     def _found(self, path: Path) -> FileAudit | None:
         suffix = path.suffix.lower()
         if suffix == ".json":
-            record = audit_record(read_bytes(path), path)
-            if record is not None and not record[1] and path.name in (CALIBRATION_FILE, JOB_FILE):
-                of_folder = _faults_of_folder if path.name == CALIBRATION_FILE else _changed_files
-                record = (record[0], of_folder(path.parent))
-            return None if record is None else FileAudit(str(path), record[0], tuple(record[1]))
-        if suffix in TABLE_SUFFIXES:
-            table = audit_table(read_bytes(path), path, is_named=self.is_named)
-            return None if table is None else FileAudit(str(path), table[0], tuple(table[1]))
-        if path.name == PART_FILE:
+            found = self._record(path)
+        elif suffix in TABLE_SUFFIXES:
+            found = audit_table(read_bytes(path), path, is_named=self.is_named)
+        elif path.name == PART_FILE:
             read_part_glb(read_bytes(path), path=str(path))
-            return FileAudit(str(path), "triangles of the part")
-        if suffix == ".urdf":
+            found = "triangles of the part", []
+        elif suffix == ".urdf":
             read_urdf(path)
-            return FileAudit(str(path), "robot description")
-        return self._program(path) if grammar_of_file(path) is not None else None
+            found = "robot description", []
+        else:
+            return self._program(path) if grammar_of_file(path) is not None else None
+        return None if found is None else FileAudit(str(path), found[0], tuple(found[1]))
+
+    def _record(self, path: Path) -> tuple[str, list[Fault]] | None:
+        """Return the kind and the faults of a record; of a sound one of a result, those of its folder."""
+        record = audit_record(read_bytes(path), path)
+        if record is None or record[1] or path.name not in (CALIBRATION_FILE, JOB_FILE):
+            return record
+        return record[0], (_faults_of_folder if path.name == CALIBRATION_FILE else _changed_files)(path.parent)
 
     def _program(self, path: Path) -> FileAudit:
         """Audit a program; of a file whose poses are in another, only the arc instructions."""
-        raw, suffix, output = read_bytes(path), path.suffix.lower(), self.around.arc_output
-        if is_of_two_robots(raw, path):
-            faults = two_robot_faults(raw, path, output)
-            swept = None if faults else self._in_step(path)
-            faults += [] if swept is None else [fault for file, fault in swept if file == path.name]
-            kind = f"program of two robots ({suffix})"
-            return FileAudit(str(path), kind, tuple(faults), CHECKED if swept is None else SWEPT)
-        if is_touch_program(raw, path):
+        raw, suffix, grammar = read_bytes(path), path.suffix.lower(), require_grammar(path)
+        if grammar.is_in_step(raw, path):
+            return self._two_robots(raw, path)
+        if grammar.is_touch_program(raw, path):
             faults = touch_faults(raw, path) or self._touches_of(path).get(path.name, [])
             return FileAudit(str(path), f"touch program ({suffix})", tuple(faults), TOUCHES_CHECKED)
         result = _result_folder_of(path.parent)
         around = self._with_part(result)
         stated = around if around.seams is None else replace(around, part=None)  # poses are executed
-        faults = audit_poses(raw, path, stated) if is_weld_program(path) else []
+        faults = audit_poses(raw, path, stated) if grammar.has_poses(path) else []
         if not faults:
             faults = self._executed(path, around).get(path.name, [])
         if result in self.refused and self.root.absolute() not in (result.absolute(), *result.absolute().parents):
             faults = [*faults, self.refused[result]]
         return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
 
+    def _two_robots(self, raw: bytes, path: Path) -> FileAudit:
+        faults = two_robot_faults(raw, path, self.around.arc_output)
+        swept = None if faults else self._in_step(path)
+        faults += [fault for file, fault in swept or () if file == path.name]
+        kind = f"program of two robots ({path.suffix.lower()})"
+        return FileAudit(str(path), kind, tuple(faults), CHECKED if swept is None else SWEPT)
+
     def _executed(self, path: Path, around: Surroundings) -> dict[str, list[Fault]]:
         """Return the faults that show when the programs beside a file are executed, by the names of their files."""
-        if (controller := _executable(path)) is None:
+        if (controller := interpreted(path)) is None:
             return {}
         key = path.parent, controller.name
         if key not in self.of_programs:
             files = _files_beside(path, controller)
-            files = {name: data for name, data in files.items() if not is_touch_program(data, path.parent / name)}
+            files = {
+                name: data
+                for name, data in files.items()
+                if not require_grammar(path).is_touch_program(data, path.parent / name)
+            }
             if around.in_cell is not None and not controller.coordinates_arcs:
                 around = replace(around, in_cell=replace(around.in_cell, is_carried=False))
             trace, found = executed(files, around)
@@ -171,7 +183,7 @@ class _Audit:
 
     def _in_step(self, path: Path) -> list[tuple[str, Fault]] | None:
         """Return the files and faults that show when the programs of two robots beside a file are swept together."""
-        if (controller := _executable(path)) is None:
+        if (controller := interpreted(path)) is None:
             return None
         key = path.parent, controller.name
         if key not in self.in_step:
@@ -181,9 +193,13 @@ class _Audit:
     def _touches_of(self, path: Path) -> dict[str, list[Fault]]:
         """Return the faults that show when the touch programs beside a file are executed."""
         found = dict[str, list[Fault]]()
-        if (controller := _executable(path)) is not None:
+        if (controller := interpreted(path)) is not None:
             files = _files_beside(path, controller)
-            stems = [Path(name).stem for name, data in files.items() if is_touch_program(data, path.parent / name)]
+            stems = [
+                Path(name).stem
+                for name, data in files.items()
+                if require_grammar(path).is_touch_program(data, path.parent / name)
+            ]
             own = [name for name in files if any(Path(name).stem.startswith(stem) for stem in stems)]
             _add(found, executed_touch_faults(files, own, path))
         return found
@@ -233,18 +249,13 @@ class _Audit:
         return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, seams=p)
 
 
-def _executable(path: Path) -> Controller | None:
-    controller = controller_of_program(path)
-    return None if controller is None or controller.run is None else controller
-
-
 def _files_beside(path: Path, controller: Controller, *, in_step: bool = False) -> dict[str, bytes]:
     """Return the programs of one language in the folder of a file: those of one robot, or of two."""
     return {
         each.name: data
         for each in sorted(path.parent.iterdir())
         if each.suffix.lower() in controller.program_suffixes and each.is_file()
-        if is_of_two_robots(data := read_bytes(each), each) == in_step
+        if require_grammar(path).is_in_step(data := read_bytes(each), each) == in_step
     }
 
 

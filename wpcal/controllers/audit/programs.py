@@ -103,8 +103,8 @@ def executed_faults(trace: Trace, around: Surroundings) -> Iterator[tuple[str, F
     """Yield the names of files and what their text does wrong, beside a result."""
     for unknown in trace.unknowns:
         yield unknown.place.file, Fault(f"NOT CHECKED: {unknown.text}", unknown.place.line)
-    motions = [motion for motion in trace.motions if motion.goal is not None]
-    for motion, what, code in _motion_faults(motions, around):
+    goals = [(motion, motion.goal) for motion in trace.motions if motion.goal is not None]
+    for motion, what, code in _motion_faults(goals, around):
         yield motion.place.file, Fault(what, motion.place.line, code=code)
     for meeting in () if around.in_cell is None else around.in_cell.meetings(trace.motions):
         yield meeting.motion.place.file, Fault(meeting.what, meeting.motion.place.line, code=ErrorCode.POSE_IN_MATERIAL)
@@ -115,28 +115,26 @@ def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
     yield from ((place.file, Fault(what, place.line)) for place, what in arc_faults(trace))
 
 
-def _motion_faults(motions: Sequence[Motion], around: Surroundings) -> Iterator[tuple[Motion, str, str]]:
-    """Yield motions, what is wrong with them, and its code."""
-    goals = [(motion, motion.goal) for motion in motions if motion.goal is not None]
+def _motion_faults(
+    goals: Sequence[tuple[Motion, FloatArray]], around: Surroundings
+) -> Iterator[tuple[Motion, str, str]]:
+    """Yield motions, what is wrong with them, and its code; `goals` are motions with their ends."""
     far = {id(motion) for motion, goal in goals if not np.abs(goal[:3, 3]).max() < FARTHEST_MM}
-    for motion in motions:
-        if id(motion) in far:
-            yield motion, "leads to where no robot is", ErrorCode.INPUT
-    motions = [motion for motion in motions if id(motion) not in far]
+    yield from ((motion, "leads to where no robot is", ErrorCode.INPUT) for motion, _ in goals if id(motion) in far)
+    goals = [(motion, goal) for motion, goal in goals if id(motion) not in far]
     if around.seams is not None and len(around.seams):
-        along = [(motion, goal) for motion, goal in goals if motion.seam and id(motion) not in far]
-        for motion, goal in along:
+        for motion, goal in goals:
             off = float(np.linalg.norm(around.seams - goal[:3, 3], axis=1).min())
-            if off > NEAR_SEAM_MM + around.standoff_mm:
+            if motion.seam and off > NEAR_SEAM_MM + around.standoff_mm:
                 yield motion, f"welds {off:.0f} mm off every seam", ErrorCode.INPUT
     if around.part is not None:
         found = meetings(
-            motions,
+            [motion for motion, _ in goals],
             around.part,
             around.torch,
             around.tool_axis,
             standoff_mm=around.standoff_mm,
-            more_wire_mm=[0.0] * len(motions),
+            more_wire_mm=[0.0] * len(goals),
             start_mm=around.start_mm,
         )
         yield from ((each.motion, each.what, ErrorCode.POSE_IN_MATERIAL) for each in found)
@@ -159,14 +157,19 @@ def pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fau
     if around.arm is not None:
         for row in _beyond_reach(p, R, around.arm, around.T_flange_tool):
             yield _fault(sound[row], f"no joint angles within the limits of {around.arm.name} reach it")
-    if around.part is not None:
-        wire = wire_directions(R, around.tool_axis)
-        tips = p + around.standoff_mm * wire
-        bend = None if around.torch.neck is None else neck_directions(R, around.tool_axis)
-        found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm, bend=bend)
-        for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
-            what = f"the {part.value} of {around.torch} is inside {solid!r}"
-            yield _fault(sound[row], what, ErrorCode.POSE_IN_MATERIAL)
+    yield from _in_material(sound, p, R, around)
+
+
+def _in_material(poses: Sequence[ReadPose], p: FloatArray, R: FloatArray, around: Surroundings) -> Iterator[Fault]:
+    if around.part is None:
+        return
+    wire = wire_directions(R, around.tool_axis)
+    tips = p + around.standoff_mm * wire
+    bend = None if around.torch.neck is None else neck_directions(R, around.tool_axis)
+    found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm, bend=bend)
+    for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
+        what = f"the {part.value} of {around.torch} is inside {solid!r}"
+        yield _fault(poses[row], what, ErrorCode.POSE_IN_MATERIAL)
 
 
 def _what_is_no_pose(pose: ReadPose) -> str:

@@ -36,12 +36,6 @@ def require_grammar(path: Path) -> Grammar:
     return grammar
 
 
-def is_weld_program(path: Path) -> bool:
-    """Tell by the suffix whether the poses of a file can be read back."""
-    grammar = grammar_of_file(path)
-    return grammar is not None and path.suffix.lower() in grammar.poses_in
-
-
 def read_poses_back(
     raw: bytes, path: Path, T_base_part: RigidTransform | None, *, is_carried: bool = False
 ) -> list[ReadPose]:
@@ -54,16 +48,13 @@ def read_poses_back(
     found = require_grammar(path).read(raw.decode(ENCODING), str(path))
     poses = []
     for point in found.points:
-        line = point.line or None
         if point.joints is not None or (point.fault and T_base_part is None):
             continue
         if point.fault and not (is_carried and np.isfinite(point.p_mm).all()):
-            raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=line)
+            raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=point.line or None)
         T = None if point.at_flange else _frame_of(point.frame, found.frames, T_base_part)
-        if T is None:
-            poses.append(ReadPose(point.name, line, point.p_mm, point.R, in_base=False))
-        else:
-            poses.append(ReadPose(point.name, line, T.apply(point.p_mm), T.R @ point.R))
+        p, R = (point.p_mm, point.R) if T is None else (T.apply(point.p_mm), T.R @ point.R)
+        poses.append(ReadPose(point.name, point.line or None, p, R, in_base=T is not None))
     return poses
 
 

@@ -39,18 +39,22 @@ def audit_record(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
     except WpcalError as error:
         return expected or "JSON", [Fault.of(error, str(path))]
     name = record.get("schema") if isinstance(record, dict) else None
-    if expected is not None and name != expected:
-        found = name if isinstance(name, str) else "none"
-        return expected, [Fault(f"expected a record of schema {expected}, found {found}", field="schema")]
-    if name is not None and not isinstance(name, str):
-        return "record", [Fault("expected the name of a schema, as wpcal/seams/1", field="schema")]
-    if name is None or not name.startswith("wpcal/"):
+    if expected is None and (name is None or (isinstance(name, str) and not name.startswith("wpcal/"))):
         return None
-    if not has_schema(name):
-        what = f"the schema {shown(name)} is not known here: a newer version wrote the file"
-        return "record", [Fault(what, field="schema")]
+    if what := _wrong_schema(name, expected):
+        return expected or "record", [Fault(what, field="schema")]
+    name = str(name)
     faults = [Fault(what, field=place or None) for place, what in find_faults(record, name)]
     return name, faults or list(_beyond_schema(record, name, path))
+
+
+def _wrong_schema(name: object, expected: str | None) -> str:
+    """Say what is wrong with the name of a schema; empty for one that is known."""
+    if expected is not None and name != expected:
+        return f"expected a record of schema {expected}, found {name if isinstance(name, str) else 'none'}"
+    if not isinstance(name, str):
+        return "expected the name of a schema, as wpcal/seams/1"
+    return "" if has_schema(name) else f"the schema {shown(name)} is not known here: a newer version wrote the file"
 
 
 def _beyond_schema(record: dict[str, Any], name: str, path: Path) -> list[Fault]:

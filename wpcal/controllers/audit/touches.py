@@ -8,11 +8,11 @@ from pathlib import Path
 
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.programs import Surroundings, executed, pose_faults
-from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
+from wpcal.controllers.audit.read_back import ReadPose, read_poses_back, require_grammar
 from wpcal.controllers.judge.asked import asked_of_touches, compare, contacts_of
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.program.touch_program import TouchProgram
-from wpcal.controllers.registry import grammar_of_file
+from wpcal.controllers.run.trace import Trace
 from wpcal.core.errors import WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import TouchPlan, read_touch_plan
@@ -23,12 +23,6 @@ _FINGERPRINT = re.compile(r"touches\.json,\s*(?:;\s*)?(?:\d+:)?[\s!;'#]*fingerpr
 CHECKED = "finite, rotations, executed: the poses of the plan of touches beside it in their order; NOT CHECKED: the arm"
 
 
-def is_touch_program(raw: bytes, path: Path) -> bool:
-    """Tell whether a file is a touch program of wpcal, or holds its results."""
-    grammar = grammar_of_file(path)
-    return grammar is not None and grammar.is_touch_program(raw, path)
-
-
 def touch_faults(raw: bytes, path: Path) -> list[Fault]:
     """Return the faults of one file of a touch program."""
     plan = _plan_near(path)
@@ -37,7 +31,7 @@ def touch_faults(raw: bytes, path: Path) -> list[Fault]:
         if stated is not None and stated[1] != plan.fingerprint:
             what = f"is of the plan {stated[1]}; {TOUCHES_FILE} beside it is {plan.fingerprint}: export it again"
             return [Fault(what)]
-    if not is_weld_program(path):
+    if not require_grammar(path).has_poses(path):
         return []
     T_base_part = None if plan is None else plan.T_base_part
     try:
@@ -56,13 +50,17 @@ def executed_touch_faults(files: Mapping[str, bytes], own: Collection[str], path
     if plan is None or not plan.searches:
         return
     trace, refused = executed(files, Surroundings(plan.T_base_part), feel=contacts_of(plan))
-    refused = {name: faults for name, faults in refused.items() if name in own}
-    unknowns = [each for each in trace.unknowns if each.place.file in own]
-    yield from ((name, fault) for name, faults in refused.items() for fault in faults)
+    broken = [(name, fault) for name, faults in refused.items() if name in own for fault in faults]
+    broken += [
+        (each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line))
+        for each in trace.unknowns
+        if each.place.file in own
+    ]
+    yield from broken or _led_otherwise(trace, plan, own)
+
+
+def _led_otherwise(trace: Trace, plan: TouchPlan, own: Collection[str]) -> Iterator[tuple[str, Fault]]:
     found = compare(trace, asked_of_touches(TouchProgram(plan)))
-    yield from ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in unknowns)
-    if unknowns or refused:
-        return
     last = max((motion.step for motion in trace.motions if motion.kind == "S"), default=0)
     welds = any(motion.step > last and motion.place.file not in own for motion in trace.motions)
     others = [each for each in found.others if each.place.file in own and not (welds and each.step > last)]

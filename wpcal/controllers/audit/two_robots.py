@@ -21,7 +21,6 @@ from wpcal.controllers.audit.read_back import require_grammar
 from wpcal.controllers.judge.execute import UNDECLARED, Files
 from wpcal.controllers.judge.in_step import in_step
 from wpcal.controllers.language.grammar import ENCODING
-from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.errors import ErrorCode, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.records import parse_json, read_json
@@ -37,16 +36,10 @@ CHECKED = (
 SWEPT = "of two robots: executed and swept together in the cell of the plan, with the wire and the held part"
 
 
-def is_of_two_robots(raw: bytes, path: Path) -> bool:
-    """Tell by its text whether a program moves in step with another robot; a data list by the program beside it."""
-    grammar = grammar_of_file(path)
-    return grammar is not None and grammar.is_in_step(raw, path)
-
-
 def two_robot_faults(raw: bytes, path: Path, output: int | None) -> list[Fault]:
     """Return the faults of a program of two robots."""
     grammar, lines, own = require_grammar(path), raw.decode(ENCODING).splitlines(), list[Fault]()
-    has_poses = path.suffix.lower() in grammar.poses_in
+    has_poses = grammar.has_poses(path)
     if has_poses:
         try:
             grammar.read(raw.decode(ENCODING), str(path))
@@ -92,15 +85,17 @@ def _compared(lines: list[str], path: Path, pattern: str) -> Iterator[Fault]:
     for mark, count in Counter(mark for mark, _ in marks).items():
         if count > 1:
             yield Fault(f"mark {mark} is there {count} times", first[mark])
-    other = _other(path)
-    if other is None:
-        return
+    if (other := _other(path)) is not None:
+        yield from _against(other, marks, pattern)
+
+
+def _against(other: Path, marks: list[tuple[str, int]], pattern: str) -> Iterator[Fault]:
     theirs = [mark for mark, _ in _marks_of(read_bytes(other).decode(ENCODING).splitlines(), pattern)]
-    known = set(theirs)
+    known, own = set(theirs), {mark for mark, _ in marks}
     missing = [(mark, line) for mark, line in marks if mark not in known]
     yield from (Fault(f"mark {mark} is not in {other.name}: this robot would wait", line) for mark, line in missing)
     common = [mark for mark, _ in marks if mark in known]
-    if common != [mark for mark in theirs if mark in first]:
+    if common != [mark for mark in theirs if mark in own]:
         yield Fault(f"the marks are in another order than in {other.name}", marks[0][1])
 
 

@@ -16,23 +16,26 @@ _POSITION = re.compile(r"^P\[(\d{1,9}+)[^\]\n]*+\]\{([^{}]*+)\};", re.MULTILINE)
 def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
     """Yield positions without both groups, and moves in which the torch would not follow the part."""
     split = next((row for row, line in enumerate(lines) if line.startswith("/POS")), len(lines))
-    found = _POSITION.findall("\n".join(lines[split:]))
-    groups = {name: ("GP1:" in block, "GP2:" in block) for name, block in found}
-    leader = {name: block.partition("GP2:")[2].split() for name, block in found}
-    before: str | None = None
+    blocks = dict(_POSITION.findall("\n".join(lines[split:])))
     if not any(re.match(r"DEFAULT_GROUP\s*=\s*1,1,", line) for line in lines[:split]):
         yield "the program does not move both groups: expected DEFAULT_GROUP = 1,1,*,*,*", None
+    before: str | None = None
     for number, line in enumerate(lines[:split], 1):
-        match = re.match(r"\s*\d+:\s*([JLC]) P\[(\d+)", line)
-        if match is None:
-            continue
-        if match[2] not in groups:
-            yield f"there is no position P[{match[2]}]", number
-        elif not all(groups[match[2]]):
-            yield f"P[{match[2]}] does not hold both groups", number
-        rests, before = before is not None and leader.get(before) == leader.get(match[2]), match[2]
-        if match[1] == "L" and "COORD" not in line and not rests:
-            yield "a move of both groups without COORD: the torch would not follow the part", number
+        if match := re.match(r"\s*\d+:\s*([JLC]) P\[(\d+)", line):
+            yield from ((what, number) for what in _complaints(line, match[1], match[2], before, blocks))
+            before = match[2]
+
+
+def _complaints(line: str, kind: str, name: str, before: str | None, blocks: dict[str, str]) -> Iterator[str]:
+    """Yield what is wrong with a move to a position, which comes behind one to the position `before`."""
+    if name not in blocks:
+        yield f"there is no position P[{name}]"
+    elif "GP1:" not in blocks[name] or "GP2:" not in blocks[name]:
+        yield f"P[{name}] does not hold both groups"
+    leader = {one: block.partition("GP2:")[2].split() for one, block in blocks.items() if one in (before, name)}
+    rests = before is not None and leader.get(before) == leader.get(name)
+    if kind == "L" and "COORD" not in line and not rests:
+        yield "a move of both groups without COORD: the torch would not follow the part"
 
 
 GRAMMAR = Grammar(

@@ -66,16 +66,20 @@ def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
     if angles:
         what = "is stored as joint angles; show it as Cartesian on the pendant and save again"
         return unusable_point(name, line, what, joint_values([dict(angles).get(key, "") for key in "123456"]))
-    values = dict(COORDINATE.findall(group["body"]))
+    return _in_space(name, group["body"], path, line)
+
+
+def _in_space(name: str, text: str, path: str, line: int) -> ProgramPoint:
+    values = dict(COORDINATE.findall(text))
     if any("*" in value for value in values.values()):
         return unusable_point(name, line, "was never taught")
-    if REMOTE.search(group["body"]):
+    if REMOTE.search(text):
         return unusable_point(name, line, "was taught with a remote tool (RX, RY, RZ), where the robot holds the part")
     missing = [key for key in "XYZWPR" if key not in values]
     if missing:
         raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
     T = stored_pose([(key, values[key]) for key in "XYZWPR"], name, path, line)
-    frame, tool = FRAME.search(group["body"]), TOOL.search(group["body"])
+    frame, tool = FRAME.search(text), TOOL.search(text)
     number = frame[1] if frame and frame[1].isdigit() else None  # UF : F is the frame selected at run time
     label = BASE if number == "0" else number
     return ProgramPoint(name, line, T.t_mm, T.R, label, at_flange=tool is not None and tool[1] == "0")

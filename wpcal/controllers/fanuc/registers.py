@@ -34,15 +34,21 @@ class Register:
     pose: RigidTransform | str  #: Or why it is none.
 
 
-def registers_of(text: str, path: str) -> Iterator[Register]:
-    """Yield the position registers of ``posreg.va``. Raises `FormatError` when a coordinate is not a number."""
-    start = POSITIONS.search(text)
+def rows_behind(head: re.Pattern[str], text: str) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a section of registers, and their numbers in the file."""
+    start = head.search(text)
     first = 0 if start is None else text.count("\n", 0, start.start())
-    found: list[tuple[re.Match[str], int, list[str]]] = []
-    body: list[str] = []
     for number, line in enumerate(text.splitlines()[first + 1 :], first + 2):
         if line.startswith("[*"):
-            break
+            return
+        yield number, line
+
+
+def registers_of(text: str, path: str) -> Iterator[Register]:
+    """Yield the position registers of ``posreg.va``. Raises `FormatError` when a coordinate is not a number."""
+    found: list[tuple[re.Match[str], int, list[str]]] = []
+    body: list[str] = []
+    for number, line in rows_behind(POSITIONS, text):
         match = POSITION.match(line)
         if match:
             body = [match["rest"]]

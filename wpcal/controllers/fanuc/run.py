@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -96,18 +96,23 @@ class _Program:
         head, main, points = (re.search(rf"^/{word}\b.*$", text, re.MULTILINE) for word in ("PROG", "MN", "POS"))
         if head is None or main is None or points is None or not main.end() < points.start():
             raise ProgramError("a program has /PROG, /MN, /POS and /END", path=file)
-        self.name = head[0][5:].split()[0].upper() if head[0][5:].split() else ""
+        self.name = head[0][5:].strip().partition(" ")[0].upper()
         if not re.fullmatch(r"[A-Z][A-Z0-9_-]{0,35}", self.name):
             raise ProgramError(f"{self.name!r} is not the name of a program", path=file)
         self.lines = self._lines(text[main.end() : points.start()], text.count("\n", 0, main.end()) + 1)
-        self.labels: dict[int, int] = {}
+        self.labels = self._labels()
+        self.points = {int(one["number"]): _point(one["body"]) for one in POSITION.finditer(text, points.end())}
+
+    def _labels(self) -> dict[int, int]:
+        """Return the rows of the labels."""
+        labels: dict[int, int] = {}
         for at, (number, line) in enumerate(self.lines):
             if found := re.fullmatch(r"LBL\[(\d{1,5}+)(?::[^\]]*)?\]", line):
                 label = int(found[1])
-                if label in self.labels or not 1 <= label <= MOST_LABEL:
-                    raise ProgramError(f"LBL[{label}] is there twice, or out of range", path=file, line=number)
-                self.labels[label] = at
-        self.points = {int(one["number"]): _point(one["body"]) for one in POSITION.finditer(text, points.end())}
+                if label in labels or not 1 <= label <= MOST_LABEL:
+                    raise ProgramError(f"LBL[{label}] is there twice, or out of range", path=self.file, line=number)
+                labels[label] = at
+        return labels
 
     def _lines(self, text: str, first: int) -> list[tuple[int, str]]:
         """Return instructions with their lines; the end of a circular move belongs to the instruction before."""
@@ -127,55 +132,62 @@ def _point(body: str) -> _Point:
     group, frame, tool = GROUP_1.search(body), FRAME.search(body), TOOL.search(body)
     if group is None or frame is None or tool is None:
         return _Point("F", "F", None)
-    joints, values = dict(JOINT.findall(group["body"])), dict(COORDINATE.findall(group["body"]))
-    row = [joints.get(key, "") for key in "123456"] if joints else [values.get(key, "") for key in "XYZWPR"]
     own, _, others = body.partition("GP2")
-    place, tool2 = dict(COORDINATE.findall(others)), TOOL.search(others)
     try:
-        numbers = [float(v) for v in row]
+        values = _six(group["body"])
         external = tuple(float(v) for v in (*EXTENDED.findall(own), *(v for _, v in JOINT.findall(others))))
-        six = Values(float(place.get(key, "nan")) for key in "XYZWPR")
+        held = _held(others)
     except ValueError:
         return _Point(frame[1], tool[1], None)
-    held = None if not place or tool2 is None else (tool2[1], six)
-    return _Point(frame[1], tool[1], Joints(numbers) if joints else Values(numbers), external, held)
+    return _Point(frame[1], tool[1], values, external, held)
+
+
+def _six(text: str) -> Values:
+    """Return the six numbers of a group; `ValueError` where they are not there."""
+    joints, place = dict(JOINT.findall(text)), dict(COORDINATE.findall(text))
+    if joints:
+        return Joints(float(joints.get(key, "")) for key in "123456")
+    return Values(float(place.get(key, "")) for key in "XYZWPR")
+
+
+def _held(text: str) -> tuple[str, Values] | None:
+    """Return where a robot as group 2 is."""
+    place, tool = dict(COORDINATE.findall(text)), TOOL.search(text)
+    six = Values(float(place.get(key, "nan")) for key in "XYZWPR")
+    return None if not place or tool is None else (tool[1], six)
 
 
 class Interpreter(LineInterpreter):
     """Runs TP programs; registers have no value before the program gives them one."""
 
     grammar = TEXT
+    SIGNAL = r"SKIP CONDITION (?P<name>[DR]I\[\d+\])=(?:ON|(?P<off>OFF))"
     job: _Program
     LONGEST_MESSAGE = 24  #: Characters that MESSAGE shows.
+    REMARKS: Mapping[str, float] = {"!": LONGEST_REMARK, "--eg:": math.inf}
     BLOCK = (r"IF .*THEN$", r"ELSE$", r"ENDIF$")
+    FOR = (r"FOR ", r"ENDFOR$")
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.jobs: dict[str, _Program] = {}
         self.registers: dict[str, dict[int, Any]] = {kind: {} for kind in ("R", "PR", "DO", "RO", "F", "AR")}
         self.skip = ""
         self.offsets: dict[str, str] = {}
-        self.loops: list[tuple[int, int, Any]] = []
+        self.loops = []
         self.held: dict[str, FloatArray] = {}  #: Tools of group 2.
         super().__init__(files, *args, **given)
         self.tool = self.frame = "0"
         self.bases.setdefault("0", np.eye(4))
 
     def load(self, file: str, text: str) -> None:
-        """Read a ``.ls`` file."""
         program = _Program(file, text)
         self.jobs[self.declare(program.name, file, self.jobs)] = program
         self.bases = stated_frame(text, LANGUAGE) | self.bases
         self.held |= stated_frame(text, LANGUAGE, r"set UTOOL (\d++) of group 2 to the")
 
-    def signals_of(self, text: str) -> dict[str, bool]:
-        """Return the inputs of SKIP CONDITION."""
-        found = re.findall(r"SKIP CONDITION ([DR]I\[\d+\])=(ON|OFF)", text)
-        return {name: level == "ON" for name, level in found}
-
     # -- values ----------------------------------------------------------------------------------------------------
 
     def value(self, text: str) -> Any:
-        """Return the value of an expression."""
         return Parser(tokens_of(text, SYNTAX), SYNTAX, self).whole()
 
     def name(self, name: str) -> Any:
@@ -187,7 +199,6 @@ class Interpreter(LineInterpreter):
         raise ProgramError(f"{name} is not followed")
 
     def call(self, name: str, arguments: list[Any]) -> Any:
-        """Refuse functions: TP has none."""
         raise ProgramError(f"{name}(…) is not followed")
 
     def item(self, value: Any, indices: list[Any]) -> Any:
@@ -219,16 +230,10 @@ class Interpreter(LineInterpreter):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
-    def execute(self, line: str, at: int) -> int | None:
-        """Run one line; return the line to go to, -1 at END, or None for the next."""
-        if line.startswith(("!", "--eg:")):
-            if len(line) > 1 + LONGEST_REMARK and line.startswith("!"):
-                raise ProgramError(f"a remark has at most {LONGEST_REMARK} characters: {line!r}")
-            self.remark(line[1:])
-            return None
+    def instruction(self, line: str, at: int) -> int | None:
         line = re.sub(r"\[(\d++):[^\]]*+\]", r"[\1]", line)  # comments of registers and positions
-        if found := re.fullmatch(r"([JLCA]) ?((?:P|PR)\[.*)", line):
-            return self._motion(found[1], found[2])
+        if re.match(r"[JLCA] ?(?:P|PR)\[", line):
+            return self._motion(line)
         return self.matched(line, at)
 
     def _jump(self, text: str) -> int | None:
@@ -248,70 +253,67 @@ class Interpreter(LineInterpreter):
 
     # -- blocks ----------------------------------------------------------------------------------------------------
 
-    def _for(self, at: int, name: str, first: str, word: str, last: str) -> int | None:
-        end = self.end_of(at, r"FOR ", r"ENDFOR$")
-        begin, until, by = self.value(first), self.value(last), 1 if word == "TO" else -1
-        if (until - begin) * by < 0:
-            return end + 1
-        self._set(name, str(begin))
-        self.loops.append((at, by, until))
-        return None
+    def number(self, name: str) -> Any:
+        return self.value(name)
 
-    def _endfor(self, at: int) -> int | None:
-        if not self.loops:
-            raise ProgramError("ENDFOR without FOR")
-        begin, by, until = self.loops[-1]
-        name = re.match(r"FOR (R\[[^\]]*\])", self.job.lines[begin][1])
-        value = self.value(name[1]) if name else until
-        if name is None or value == until:
-            self.loops.pop()
-            return None
-        self.registers["R"][int(name[1][2:-1])] = value + by
-        return begin + 1
+    def set(self, name: str, value: Any) -> None:
+        self.registers["R"][int(self.value(name[2:-1]))] = value
+
+    def _for(self, at: int, name: str, first: str, word: str, last: str) -> int | None:
+        return self.count_from(at, name, self.value(first), self.value(last), 1 if word == "TO" else -1)
 
     _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = (
         (r"IF \(?(.*?)\)? ?THEN", LineInterpreter.then),
         (r"ELSE", LineInterpreter.otherwise),
         (r"FOR (R\[[^\]]*\])=(.*?) (TO|DOWNTO) (.*)", _for),
-        (r"ENDFOR", _endfor),
+        (r"ENDFOR", LineInterpreter.count_on),
         (r"ENDIF", lambda _, __: None),
     )
 
     # -- motions ---------------------------------------------------------------------------------------------------
 
     _MOTION = re.compile(
-        r"(P|PR)\[(\d+)\](?: (P|PR)\[(\d+)\])? (?:(\d+(?:\.\d+)?)|R\[(\d+)\])(%|mm/sec|cm/min|sec|deg/sec)"
-        r" (FINE|CNT ?\d+|CR ?\d+)\s*+(.*)"
+        r"(?P<kind>[JLC]) ?(?P<first>P|PR)\[(?P<number>\d+)\](?: (?P<last>P|PR)\[(?P<end>\d+)\])?"
+        r" (?:(?P<speed>\d+(?:\.\d+)?)|R\[(?P<register>\d+)\])(?P<unit>%|mm/sec|cm/min|sec|deg/sec)"
+        r" (?P<zone>FINE|CNT ?\d+|CR ?\d+)\s*+(?P<rest>.*)"
     )
 
-    def _motion(self, kind: str, text: str) -> int | None:
-        found = self._MOTION.fullmatch(text)
-        if found is None or (kind == "C") != (found[3] is not None) or kind == "A":
-            raise ProgramError(f"not followed: {kind} {text!r}")
-        first, number, last, end, speed, register, unit, zone, rest = found.groups()
-        if (kind == "J") != (unit == "%") and unit not in {"sec", "deg/sec"}:
-            raise ProgramError(f"the speed of {kind} {text!r}")
-        amount = float(speed if speed else self.item("R", [int(register)]))
-        mm_s = {"mm/sec": amount, "cm/min": amount / 6.0}.get(unit)
-        options, skip = self._options(rest)
-        zone_mm = None if zone == "FINE" else math.inf  # a share of the speed bounds no distance
-        points = [self.item(first, [int(number)])] + ([self.item(last, [int(end)])] if last else [])
-        if "P" in {first, last} and "PR" not in {first, last}:
-            self.bring(self.job.points[int(end or number)].external)
-        self._lead(int(end or number), rest)
+    def _motion(self, line: str) -> int | None:
+        found = self._MOTION.fullmatch(line)
+        if found is None or (found["kind"] == "C") != (found["last"] is not None):
+            raise ProgramError(f"not followed: {line[0]} {line[1:].lstrip(' ')!r}")
+        kind, mm_s = found["kind"], self._speed_mm_s(found)
+        options, skip = self._options(found["rest"])
+        zone_mm = None if found["zone"] == "FINE" else math.inf  # a share of the speed bounds no distance
+        names = [(found["first"], int(found["number"]))]
+        names += [(found["last"], int(found["end"]))] if found["last"] else []
+        points, last = [self.item(name, [number]) for name, number in names], names[-1][1]
+        if not any(name == "PR" for name, _ in names):
+            self.bring(self.job.points[last].external)
+        self._lead(last, found["rest"])
         if isinstance(points[-1], Joints):
-            if rest or not isinstance(points[0], Joints):
-                raise ProgramError(f"joint angles in {kind} {text!r}")
-            self.blend(zone_mm)
-            self.machine.joint_move(np.array(points[-1]), kind=kind, via=np.array(points[0]) if last else None)
+            self._joint_move(found, points, zone_mm)
             return None
         *via, T_goal = (self._T_base(point, options) for point in points)
-        if skip is None:
-            self.go(kind, T_goal, via=via[0] if via else None, speed_mm_s=mm_s, zone_mm=zone_mm)
-            return None
-        if kind != "L" or mm_s is None:
-            raise ProgramError("Skip on a move that is not a line")
-        return self._search(T_goal, mm_s, *skip)
+        if skip is not None:
+            return self._search(kind, T_goal, mm_s, *skip)
+        self.go(kind, T_goal, via=via[0] if via else None, speed_mm_s=mm_s, zone_mm=zone_mm)
+        return None
+
+    def _speed_mm_s(self, found: re.Match[str]) -> float | None:
+        """Return the speed of a move; None of one whose speed is not that of the tool."""
+        kind, unit = found["kind"], found["unit"]
+        if (kind == "J") != (unit == "%") and unit not in {"sec", "deg/sec"}:
+            raise ProgramError(f"the speed of {kind} {found[0][1:].lstrip(' ')!r}")
+        amount = float(found["speed"] or self.item("R", [int(found["register"] or 0)]))
+        return {"mm/sec": amount, "cm/min": amount / 6.0}.get(unit)
+
+    def _joint_move(self, found: re.Match[str], points: Sequence[Values], zone_mm: float | None) -> None:
+        *via, goal = points
+        if found["rest"] or not isinstance(points[0], Joints):
+            raise ProgramError(f"joint angles in {found['kind']} {found[0][1:].lstrip(' ')!r}")
+        self.blend(zone_mm)
+        self.machine.joint_move(np.array(goal), kind=found["kind"], via=np.array(via[0]) if via else None)
 
     def _lead(self, number: int, rest: str) -> None:
         """Move the part in the hand of group 2, on a line."""
@@ -353,7 +355,9 @@ class Interpreter(LineInterpreter):
                 raise ProgramError(f"the motion option {one!r} is not followed")
         return options, skip
 
-    def _search(self, T_goal: FloatArray, mm_s: float, label: str, register: str) -> int | None:
+    def _search(self, kind: str, T_goal: FloatArray, mm_s: float | None, label: str, register: str) -> int | None:
+        if kind != "L" or mm_s is None:
+            raise ProgramError("Skip on a move that is not a line")
         if not self.skip:
             raise ProgramError("Skip without SKIP CONDITION")
         hit = self.machine.search(T_goal, self.T_tool(), mm_s, is_edge=False)
@@ -404,7 +408,6 @@ class Interpreter(LineInterpreter):
         setattr(self, "frame" if what == "UFRAME" else "tool", str(int(self.value(number))))
 
     def holds(self, condition: str) -> bool:
-        """Tell whether a condition holds."""
         return bool(self.value(condition))
 
     _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from wpcal.controllers.fanuc.registers import POSITIONS, registers_of
+from wpcal.controllers.fanuc.registers import POSITIONS, registers_of, rows_behind
 from wpcal.core.errors import FormatError
 from wpcal.touch.searches.plan import TouchPlan
 from wpcal.touch.searches.results import (
@@ -42,33 +42,26 @@ def read_fanuc_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: Tou
         tool=text_number(number_at(numbers, first + 3, f"R[{first + 3}]", registers.path)),
         count=number_at(numbers, first + 4, f"R[{first + 4}]", registers.path),
     )
-    found = list(registers_of(positions.text, positions.path))
-    poses = {each.number: each.pose for each in found if not isinstance(each.pose, str)}
-    faults = {each.number: each.pose for each in found if isinstance(each.pose, str)}
-    if place in faults:
-        raise FormatError(f"PR[{place}], the user frame of the touches, {faults[place]}", path=positions.path)
-    stored.T_base_part = poses.get(place)
+    poses = {each.number: each.pose for each in registers_of(positions.text, positions.path)}
+    T_base_part = poses.get(place)
+    if isinstance(T_base_part, str):
+        raise FormatError(f"PR[{place}], the user frame of the touches, {T_base_part}", path=positions.path)
+    stored.T_base_part = T_base_part
     for k, search in enumerate(plan.searches):
         name, register, number = search.name.upper(), first + FIRST_OUTCOME + k, place + 1 + k
         stored.outcomes[name] = number_at(numbers, register, f"R[{register}]", registers.path)
-        if number in poses:
-            stored.places[name] = poses[number]
+        pose = poses.get(number, "is not in the file")
+        if isinstance(pose, str):
+            stored.faults[name] = f"PR[{number}] {pose}"
         else:
-            stored.faults[name] = f"PR[{number}] {faults.get(number, 'is not in the file')}"
+            stored.places[name] = pose
     return stored.results("fanuc", positions.path)
 
 
 def _numbers(file: ResultsFile) -> dict[int, float]:
     values: dict[int, float] = {}
-    for line in file.text[_start(NUMBERS, file.text) :].splitlines()[1:]:
-        if line.startswith("[*"):
-            break
+    for _, line in rows_behind(NUMBERS, file.text):
         match = NUMBER.match(line)
         if match and "*" not in match["value"] and match["value"] != "Uninitialized":
             values[int(match["number"])] = parsed_number(match["value"], f"R[{match['number']}]", file.path)
     return values
-
-
-def _start(head: re.Pattern[str], text: str) -> int:
-    match = head.search(text)
-    return 0 if match is None else match.start()

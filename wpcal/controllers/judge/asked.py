@@ -157,12 +157,11 @@ def compare(trace: Trace, asked: Asked) -> Compared:
     for before, motion in pairwise((None, *trace.motions)):
         if motion is None or _stands(motion, before):
             continue
-        found = _matches(motion, asked, at) if _has_tool(motion, asked) else None
-        if found is None:
+        first, last = _matches(motion, asked, at) or (at, None)
+        if last is None:
             if at not in (0, *asked.homes, len(asked.p)) or not _is_home(motion, asked):
                 others.append(motion)
             continue
-        first, last = found
         missing += range(at, first)
         if motion.place.blends and asked.stops[last]:
             blended.append(motion)
@@ -177,14 +176,18 @@ def _repeats(asked: Asked, row: int) -> bool:
         return False
     if np.isfinite(asked.joints[row]).all():
         return bool(np.abs(asked.joints[row] - asked.joints[row - 1]).max() <= SAME_DEG)
-    off = np.abs(asked.p[row] - asked.p[row - 1]).max(), np.abs(asked.R[row] - asked.R[row - 1]).max()
-    return bool(off[0] <= SAME_MM and off[1] <= SAME_RAD)
+    return _is_within(asked.p[row] - asked.p[row - 1], asked.R[row] - asked.R[row - 1])
+
+
+def _is_within(p: FloatArray, R: FloatArray) -> bool:
+    """Tell whether differences of places and axes are small."""
+    return bool(np.abs(p).max() <= SAME_MM and np.abs(R).max() <= SAME_RAD)
 
 
 def _has_tool(motion: Motion, asked: Asked) -> bool:
     """Tell whether a motion to a pose is one of the tool that was asked for."""
-    off = np.abs(motion.T_flange_tool - asked.T_flange_tool)
-    return motion.goal is None or bool(off[:3, :3].max() <= SAME_RAD and off[:3, 3].max() <= SAME_MM)
+    off = motion.T_flange_tool - asked.T_flange_tool
+    return motion.goal is None or _is_within(off[:3, 3], off[:3, :3])
 
 
 def _has_axes(motion: Motion, asked: Asked, row: int) -> bool:
@@ -206,20 +209,26 @@ def _is_home(motion: Motion, asked: Asked) -> bool:
 
 def _stands(motion: Motion, before: Motion | None) -> bool:
     """Tell whether a motion leads to where the tool is: arcs of some languages begin so."""
-    turns = before is not None and motion.place.external != before.place.external
-    if turns or motion.place.blends or motion.via is not None or motion.via_joints is not None:
+    moves_axes = before is not None and motion.place.external != before.place.external
+    if moves_axes or motion.place.blends or motion.via is not None or motion.via_joints is not None:
         return False
     if motion.joints is not None:
         joints = None if before is None else before.joints
         return joints is not None and bool(np.abs(motion.joints - joints).max() <= SAME_DEG)
-    if motion.kind == "J" or motion.start is None or motion.goal is None:
+    return motion.kind != "J" and _stays(motion)
+
+
+def _stays(motion: Motion) -> bool:
+    if motion.start is None or motion.goal is None:
         return False
-    off = np.abs(motion.goal - motion.start)
-    return bool(off[:3, :3].max() <= SAME_RAD and off[:3, 3].max() <= SAME_MM)
+    off = motion.goal - motion.start
+    return _is_within(off[:3, 3], off[:3, :3])
 
 
 def _matches(motion: Motion, asked: Asked, at: int) -> tuple[int, int] | None:
     """Return the first rows from `at` on that a motion leads to: middle and end of an arc, or twice the same."""
+    if not _has_tool(motion, asked):
+        return None
     near = _near if motion.joints is None else _near_joints
     goal, via = (motion.goal, motion.via) if motion.joints is None else (motion.joints, motion.via_joints)
     for row in [] if goal is None else near(goal, asked, at):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from wpcal.controllers.language.grammar import ENCODING
-from wpcal.controllers.registry import controller_of_program
+from wpcal.controllers.registry import Controller, controller_of_program
 from wpcal.controllers.run.machine import Place, about, rigid
 from wpcal.controllers.run.program import EndlessError, ProgramError
 from wpcal.controllers.run.recorder import Recorder
@@ -22,13 +22,20 @@ TOOL_OF_CONTROLLER = rigid(about("ZYX", (11.0, -40.0, 17.0)), (101.0, 37.0, 411.
 """T_flange_tool of tools that only the controller knows: like no tool that a program sets."""
 
 
+def interpreted(name: str | Path) -> Controller | None:
+    """Return the controller whose interpreter executes a file; None without one."""
+    controller = controller_of_program(Path(name))
+    return None if controller is None or controller.run is None else controller
+
+
 def programs_of(files: Files) -> dict[str, str | bytes]:
     """Return the files whose language can be executed."""
-    return {
-        name: data
-        for name, data in files.items()
-        if (controller := controller_of_program(Path(name))) is not None and controller.run is not None
-    }
+    return {name: data for name, data in files.items() if interpreted(name) is not None}
+
+
+def texts_of(files: Files) -> dict[str, str]:
+    """Return files as text."""
+    return {name: data if isinstance(data, str) else data.decode(ENCODING) for name, data in files.items()}
 
 
 def execute(
@@ -49,9 +56,9 @@ def execute(
 
     Raises `ProgramError` when a file cannot be read.
     """
-    texts = {name: data if isinstance(data, str) else data.decode(ENCODING) for name, data in files.items()}
-    controller = controller_of_program(Path(next(iter(texts))))
-    if controller is None or controller.run is None:
+    texts = texts_of(files)
+    controller = interpreted(next(iter(texts)))
+    if controller is None:
         raise ProgramError(f"no interpreter for {', '.join(texts)}")
     bases = {} if T_base_frame is None else dict.fromkeys((UNDECLARED, *NUMBERS), T_base_frame)
     grammar = controller.load_grammar()
@@ -81,6 +88,5 @@ def _start(interpreter: Any, routine: str, recorder: Recorder) -> None:
 
 def text_at(place: Place, files: Files) -> str:
     """Return the text of the line of a place."""
-    data = files.get(place.file, "")
-    lines = (data if isinstance(data, str) else data.decode(ENCODING)).splitlines()
+    lines = texts_of({"": files.get(place.file, "")})[""].splitlines()
     return lines[place.line - 1].strip() if 0 < place.line <= len(lines) else ""

@@ -116,18 +116,9 @@ class CellSweep:
                 yield Meeting(motion, "the arm does not get there in the branch in which it is")
             else:
                 legs.append((motion, states))
-        for motion, states in legs[:1]:
-            if self.cell.goes_from_home and (what := self._way_from_home(states[-1])):
-                yield Meeting(motion, f"on the way there from home {what}")
+        yield from self._begin(legs[:1])
         air = self._through_air([motion for motion, _ in legs])
-        for row, ((_, before), (motion, states), (after, behind)) in enumerate(
-            zip(legs, legs[1:], legs[2:], strict=False)
-        ):
-            if motion.place.blends and motion.kind == after.kind == "J":
-                q = np.array([before[-1], states[-1], behind[-1]])
-                checker = self._air if all(air[row + 1 : row + 3]) else self._near
-                if not checker.is_free_between(self.corner(q, *motion.place.zone)):
-                    yield Meeting(motion, "the zone at its end is not free")
+        yield from self._corners(legs, air)
         groups = [
             (is_air, [leg for _, leg in group])
             for is_air, group in groupby(zip(air, legs, strict=True), key=lambda pair: pair[0])
@@ -136,6 +127,23 @@ class CellSweep:
         for is_air, group in groups:
             if not free[is_air]:
                 yield from self._row(group, self._air if is_air else self._near)
+
+    def _begin(self, legs: Sequence[Leg]) -> Iterator[Meeting]:
+        """Yield what the first move meets on the way to it from home, where the cell states one."""
+        for motion, states in legs:
+            if self.cell.goes_from_home and (what := self._way_from_home(states[-1])):
+                yield Meeting(motion, f"on the way there from home {what}")
+
+    def _corners(self, legs: Sequence[Leg], air: Sequence[bool]) -> Iterator[Meeting]:
+        """Yield moves by the joints whose zones, in which the next one begins, are not free."""
+        for row, ((_, before), (motion, states), (after, behind)) in enumerate(
+            zip(legs, legs[1:], legs[2:], strict=False)
+        ):
+            if motion.place.blends and motion.kind == after.kind == "J":
+                q = np.array([before[-1], states[-1], behind[-1]])
+                checker = self._air if all(air[row + 1 : row + 3]) else self._near
+                if not checker.is_free_between(self.corner(q, *motion.place.zone)):
+                    yield Meeting(motion, "the zone at its end is not free")
 
     def _through_air(self, motions: Sequence[Motion]) -> list[bool]:
         """Tell which moves by the joints lead through the air: two robots weld so, and go so to and from the seam."""

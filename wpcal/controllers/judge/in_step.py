@@ -9,7 +9,7 @@ the torch; where the cell states a home, both go from there to the first point.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -19,14 +19,14 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.asked import SAME_DEG, SAME_MM, SAME_RAD
-from wpcal.controllers.judge.execute import Files, execute
+from wpcal.controllers.judge.execute import Files, execute, interpreted, texts_of
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import Meeting
 from wpcal.controllers.judge.written import WrittenWrongError
-from wpcal.controllers.language.grammar import ENCODING, Does
+from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.coordinated_program import CoordinatedProgram, SyncProgram
-from wpcal.controllers.registry import controller_of_program, grammar_of_file
+from wpcal.controllers.registry import grammar_of_file
 from wpcal.controllers.run.recorder import Recorder, pulses_of
 from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import FloatArray
@@ -66,8 +66,7 @@ def require_in_step(
     """
     languages: dict[str, dict[str, str]] = {}
     for name, text in files.items():
-        controller = controller_of_program(Path(name))
-        if controller is not None and controller.run is not None:
+        if (controller := interpreted(name)) is not None:
             languages.setdefault(controller.name, {})[name] = text
     tools, asked = (program.controller.tool_name, program.controller.tool_number), list(_asked_of(program))
     for texts in languages.values():
@@ -122,13 +121,19 @@ def _is_as(asked: _Asked, motion: Motion, q: FloatArray, cell: Cell, tools: set[
     if motion.goal is not None:
         is_so = bool(np.abs(motion.T_flange_tool - cell.T_flange_tool.matrix).max() <= SAME_RAD)
     ends = np.array([q[-1], asked.q])
-    for T, other in (cell.tool_in_part(ends), cell.part_places(ends)):
-        turned = np.linalg.norm(log_rotation(T[:3, :3].T @ other[:3, :3]))
-        is_so = is_so and bool(np.linalg.norm(T[:3, 3] - other[:3, 3]) <= SAME_MM and turned <= SAME_RAD)
-    if asked.move is None or not is_so:
-        return is_so
-    share = np.linspace(0.0, 1.0, len(q))
-    p = asked.move.select(np.zeros(len(share), dtype=np.int64)).positions(share)
+    return is_so and _is_near(*cell.tool_in_part(ends)) and _is_near(*cell.part_places(ends)) and _is_on(asked, q, cell)
+
+
+def _is_near(T: FloatArray, other: FloatArray) -> bool:
+    turned = np.linalg.norm(log_rotation(T[:3, :3].T @ other[:3, :3]))
+    return bool(np.linalg.norm(T[:3, 3] - other[:3, 3]) <= SAME_MM and turned <= SAME_RAD)
+
+
+def _is_on(asked: _Asked, q: FloatArray, cell: Cell) -> bool:
+    """Tell whether states (n, 12) are on the line or arc in the part, if there is one."""
+    if asked.move is None:
+        return True
+    p = asked.move.select(np.zeros(len(q), dtype=np.int64)).positions(np.linspace(0.0, 1.0, len(q)))
     return bool(np.linalg.norm(cell.tool_in_part(q)[:, :3, 3] - p, axis=1).max() <= SAME_MM)
 
 
@@ -165,7 +170,7 @@ def in_step(
     `start`: shape (12,). Near to where both begin, rad.
     `tools`: Names and numbers of the torch.
     """
-    texts = {name: data if isinstance(data, str) else data.decode(ENCODING) for name, data in files.items()}
+    texts = texts_of(files)
     robots = [{name: text for name, text in texts.items() if _robot(name) == robot} for robot in ("1", "2")]
     holder, is_one = Recorder(pulses_of(cell.arm2)), not all(robots)
     torch = execute(
@@ -180,25 +185,16 @@ def in_step(
     faults = [(each.place.file, each.place.line, each.text) for each in (*torch.unknowns, *held.unknowns)]
     faults += _complaints(texts)
     faults += ((place.file, place.line, what) for place, what in arc_faults(torch))
-    marks = [each.place for each in torch.events if each.does in SEAM_ENDS]
-    if len(marks) != len(SEAM_MARKS):
+    on_seam = list(_on_seam(torch))
+    if sum(each.does in SEAM_ENDS for each in torch.events) != len(SEAM_MARKS):
         faults.append((next(iter(texts)), 1, "the comments at the start and at the end of the seam are not there once"))
-    motions, lines, q2 = list[Motion](), dict[tuple[str, int], str](), start[JOINTS:]
-    marked = np.cumsum([each.does in SEAM_ENDS for each in torch.events])
-    on_seam = [count == 1 for count, each in zip(marked, torch.events, strict=True) if each.does is Does.MOVE]
-    for (one, two), is_on in zip(_paired(torch, held, faults), on_seam, strict=False):
-        try:
-            end = _joints_of(two, cell, q2)
-        except GeometryError as error:
-            faults.append((two.place.file, two.place.line, str(error)))
-            break
-        if two.via_joints is not None and not _is_between(np.radians(two.via_joints), q2, end):
-            faults.append((two.place.file, two.place.line, "robot 2 does not move evenly by the joints"))
-        q2, via = end, () if two.via_joints is None else tuple(two.via_joints.tolist())
-        place = replace(one.place, external=tuple(np.degrees(q2).tolist()), via_external=via)
-        motions.append(replace(one, place=place, seam=int(is_on)))
-        if not is_one:
-            lines[one.place.file, one.place.line] = f"with {two.place.file}, line {two.place.line}: "
+    pairs = list(_joined(_paired(torch, held, faults), cell, start[JOINTS:], faults))
+    motions = [replace(one, seam=int(is_on)) for (one, _), is_on in zip(pairs, on_seam, strict=False)]
+    lines = {
+        (one.place.file, one.place.line): f"with {two.place.file}, line {two.place.line}: "
+        for one, two in pairs
+        if not is_one
+    }
     sweep = CellSweep(
         cell,
         part,
@@ -209,6 +205,36 @@ def in_step(
         holder_on_line=any(motion.kind == "L" for motion in held.motions),
     )
     return InStep(motions, lines, sweep, start, faults)
+
+
+def _on_seam(torch: Trace) -> Iterator[bool]:
+    """Yield of each move of the torch whether it is behind the first mark of a seam, and before the second."""
+    count = 0
+    for each in torch.events:
+        count += each.does in SEAM_ENDS
+        if each.does is Does.MOVE:
+            yield count == 1
+
+
+def _joined(
+    pairs: Iterable[tuple[Motion, Motion]], cell: Cell, q2: FloatArray, faults: list[tuple[str, int, str]]
+) -> Iterator[tuple[Motion, Motion]]:
+    """Yield moves of the torch, whose external axes are the joints of robot 2, with its moves.
+
+    `q2`: shape (6,). Near to where robot 2 begins, rad.
+    """
+    for one, two in pairs:
+        try:
+            end = _joints_of(two, cell, q2)
+        except GeometryError as error:
+            faults.append((two.place.file, two.place.line, str(error)))
+            return
+        via = () if two.via_joints is None else tuple(two.via_joints.tolist())
+        if via and not _is_between(np.radians(via), q2, end):
+            faults.append((two.place.file, two.place.line, "robot 2 does not move evenly by the joints"))
+        q2 = end
+        place = replace(one.place, external=tuple(np.degrees(q2).tolist()), via_external=via)
+        yield replace(one, place=place), two
 
 
 def _robot(name: str) -> str:

@@ -98,34 +98,46 @@ def _judged(
     files: Files, program: WeldProgram | TouchProgram, name: str, in_cell: CellSweep | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which lines were not followed, and what else was not judged."""
-    trace = run_written(files, program, name=name)
-    controller = find_controller(name)
-    alone = controller is not None and controller.welds_alone
-    asked = asked_of(program, alone=alone) if isinstance(program, WeldProgram) else asked_of_touches(program)
-    if not np.nanmax(np.abs(asked.p), initial=0.0) < FARTHEST_MM:
-        raise InputError(f"{name}: a pose is more than {FARTHEST_MM:g} mm away; nothing is written")
+    trace, asked = run_written(files, program, name=name), _asked(program, name)
     found, unjudged = compare(trace, asked), tuple[str, ...]()
     if isinstance(program, WeldProgram):
         _refuse_wrong_arcs(trace, program, name)
         unjudged = tuple(_unjudged_arcs(trace, program, name))
+    _refuse_unasked(trace, asked, found, name, is_ours=_is_ours(program))
+    strays = {id(motion) for motion in found.others}
+    motions = [motion for motion in trace.motions if id(motion) not in strays]
+    for meeting in () if in_cell is None else in_cell.meetings(motions):
+        raise _wrong(name, meeting.motion.place, meeting.what)
+    added = _require_free(trace, found, asked, program, name) if isinstance(program, WeldProgram) else []
+    strange: list[Unknown | Motion] = [*trace.unknowns]
+    strange += [each for each in (*found.blended, *found.others) if each not in added]
+    places = [*(each.place for each in strange), *_causes(trace, found, files, [each.step for each in strange])]
+    lines = {(place.file, place.line): text_at(place, files) for place in places}
+    return tuple(_told(lines)), unjudged
+
+
+def _asked(program: WeldProgram | TouchProgram, name: str) -> Asked:
+    controller = find_controller(name)
+    if isinstance(program, WeldProgram):
+        asked = asked_of(program, alone=controller is not None and controller.welds_alone)
+    else:
+        asked = asked_of_touches(program)
+    if not np.nanmax(np.abs(asked.p), initial=0.0) < FARTHEST_MM:
+        raise InputError(f"{name}: a pose is more than {FARTHEST_MM:g} mm away; nothing is written")
+    return asked
+
+
+def _is_ours(program: WeldProgram | TouchProgram) -> bool:
+    """Tell whether every line is of wpcal, and known to it."""
     has_package = isinstance(program, TouchProgram) and program.setup.with_package
-    is_ours = program.controller.templates is None and not has_package
+    return program.controller.templates is None and not has_package
+
+
+def _refuse_unasked(trace: Trace, asked: Asked, found: Compared, name: str, *, is_ours: bool) -> None:
     for unknown in trace.unknowns if is_ours else ():
         raise _wrong(name, unknown.place, unknown.text)
     if is_ours or (found.missing and not trace.unknowns):
         _refuse_other_way(asked, found, name)
-    strays = {id(motion) for motion in found.others}
-    if in_cell is not None:
-        for meeting in in_cell.meetings([motion for motion in trace.motions if id(motion) not in strays]):
-            raise _wrong(name, meeting.motion.place, meeting.what)
-    added = _require_free(trace, found, asked, program, name) if isinstance(program, WeldProgram) else []
-    strange: list[Unknown | Motion] = [
-        *trace.unknowns,
-        *(each for each in (*found.blended, *found.others) if each not in added),
-    ]
-    places = [*(each.place for each in strange), *_causes(trace, found, files, [each.step for each in strange])]
-    lines = {(place.file, place.line): text_at(place, files) for place in places}
-    return tuple(_told(lines)), unjudged
 
 
 def run_written(files: Files, program: WeldProgram | TouchProgram, *, name: str) -> Trace:
@@ -199,7 +211,7 @@ def _require_free(trace: Trace, found: Compared, asked: Asked, program: WeldProg
     torch, start = program.torch, max((start_mm(path.seam) for path in program.paths), default=START_MM)
     more = [0.0, *(path.seam.more_wire_mm for path in program.paths)]
     motions = [motion for motion in trace.motions if id(motion) not in strange]
-    own = [more[motion.seam if motion.seam < len(more) else 0] for motion in motions]
+    own = [dict(enumerate(more)).get(motion.seam, 0.0) for motion in motions]
     for meeting in meetings(
         motions, part, program.shape, torch.tool_axis, standoff_mm=torch.standoff_mm, more_wire_mm=own, start_mm=start
     ):

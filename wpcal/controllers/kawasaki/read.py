@@ -60,6 +60,31 @@ class _File:
     uses: dict[str, _Use] = field(default_factory=dict)
     bases: set[str] = field(default_factory=set)
     tools: set[str] = field(default_factory=set)
+    base: str = ""  #: The present one of a program.
+    tool: str = ""
+
+    def take(self, number: int, line: str) -> None:
+        """Note what a line of a program says."""
+        setting, move, point = _SETTING.match(line), _MOVE.match(line), _POINT.match(line)
+        if setting and setting["key"].upper() == "BASE":
+            self.base = setting["name"].lower()
+            self.bases.add(self.base)
+        elif setting:
+            self.tool = setting["name"].lower()
+            self.tools.add(self.tool)
+        elif move:
+            self._use(move["what"])
+        elif point:
+            self.rows.append((point["name"], number, point["values"].split(",")))
+
+    def _use(self, what: str) -> None:
+        """Note the point of a move: alone, or added to another transformation."""
+        place = _PLACE.findall(re.split(r"\still\b", what.lower(), maxsplit=1)[0])[0].strip()
+        for name in set(_WORD.findall(place)):
+            use = self.uses.setdefault(name, _Use())
+            use.is_added |= name != place
+            use.bases.add(self.base)
+            use.tools.add(self.tool)
 
 
 def read_as(text: str, path: str) -> ProgramPoints:
@@ -80,37 +105,19 @@ def read_as(text: str, path: str) -> ProgramPoints:
 
 
 def _parsed(text: str) -> _File:
-    found, section, base, tool = _File(), "", "", ""
+    found, section = _File(), ""
     for number, line in enumerate(text.splitlines(), start=1):
         head = _SECTION.match(line)
         if head:
-            section, base, tool = head["name"].upper(), "", ""
+            section, found.base, found.tool = head["name"].upper(), "", ""
         elif section == "PROGRAM":
-            setting, move, point = _SETTING.match(line), _MOVE.match(line), _POINT.match(line)
-            if setting:
-                name = setting["name"].lower()
-                base, tool = (name, tool) if setting["key"].upper() == "BASE" else (base, name)
-                (found.bases if setting["key"].upper() == "BASE" else found.tools).add(name)
-            elif move:
-                _use(found, move["what"], base, tool)
-            elif point:
-                found.rows.append((point["name"], number, point["values"].split(",")))
+            found.take(number, line)
         elif section in ("TRANS", "JOINTS") and (value := _VALUES.match(line)):
             rows = found.rows if section == "TRANS" else found.joints
             rows.append((value["name"].lstrip("#"), number, re.split(r"[\s,]+", value["values"].strip())))
     found.bases.discard(NULL)
     found.tools.discard(NULL)
     return found
-
-
-def _use(found: _File, what: str, base: str, tool: str) -> None:
-    """Note the point of a move: alone, or added to another transformation."""
-    place = _PLACE.findall(re.split(r"\still\b", what.lower(), maxsplit=1)[0])[0].strip()
-    for name in set(_WORD.findall(place)):
-        use = found.uses.setdefault(name, _Use())
-        use.is_added |= name != place
-        use.bases.add(base)
-        use.tools.add(tool)
 
 
 def _pose(name: str, cells: Sequence[str], path: str, line: int) -> RigidTransform:

@@ -17,16 +17,16 @@ import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial, partialmethod
+from functools import partialmethod
 from typing import Any
 
 import numpy as np
 
 from wpcal.controllers.kawasaki.grammar import GRAMMAR
 from wpcal.controllers.language.grammar import Does, mark_of
-from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, Node, Steps, tree
-from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, without_comment
-from wpcal.controllers.run.machine import about, rigid, turns_of
+from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, Node, Steps, rows_of, tree
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, outside, tokens_of
+from wpcal.controllers.run.machine import about, moved, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -37,6 +37,7 @@ MOST_NAME = 15  #: Characters of a name.
 TOKEN = re.compile(
     r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|\$?#?[A-Za-z][\w.]*|==|<>|<=|>=|=<|[-+*/=<>()\[\],:^]'
 )
+SEARCH = re.compile(r"(?:/ (?P<mode>LVL|ERR) )?(?P<goal>[^/].*?) TILL (?P<signal>.+)", re.IGNORECASE)
 FLAT = 1e-12  #: Of 1 minus the cosine of A, where only the sum or difference of O and T counts.
 
 
@@ -66,9 +67,7 @@ class Transformation:
 
     def moved(self, d: Any, *, in_tool: bool = False) -> Transformation:
         """Return it displaced along the axes of BASE, or its own."""
-        T = self.T.copy()
-        T[:3, 3] += T[:3, :3] @ d if in_tool else d
-        return Transformation(T)
+        return Transformation(moved(self.T, d, in_tool))
 
     def __add__(self, other: Transformation) -> Transformation:
         """Compose."""
@@ -87,10 +86,6 @@ def _about(axis: str, angle: Any) -> Transformation:
     return Transformation(rigid(about(axis, [angle]), np.zeros(3)))
 
 
-def _coordinate(row: int, pose: Transformation) -> float:
-    return float(pose.T[row, 3])
-
-
 WORDS = Syntax(
     TOKEN,
     (
@@ -106,21 +101,14 @@ WORDS = Syntax(
 )
 
 
-def _begins(text: str) -> bool:
-    words = text.upper().split()
-    return (words[0] == "IF" and words[-1] == "THEN") or words[0] in {"FOR", "WHILE", "DO", "CASE"}
+BLOCK = r"IF\s(?:.*\s)?THEN$|(?:FOR|WHILE|DO|CASE)(?!\S)"
 
 
 class Interpreter(BlockInterpreter):
     """Runs AS programs; variables have no value before the files give them one."""
 
     grammar, words, COMMENT, BREAK = GRAMMAR, WORDS, ";", "EXIT"
-    BLOCKS: Mapping[str, Callable[..., None]] = {
-        "IF": BlockInterpreter.choose,
-        "FOR": BlockInterpreter.count,
-        "WHILE": BlockInterpreter.loop_while,
-        "DO": BlockInterpreter.until,
-    }
+    SIGNAL = r"(?i)\bTILL (?P<off>-)?(?P<name>\d{1,5}+)\b"
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.T_base: FloatArray = np.eye(4)
@@ -138,7 +126,6 @@ class Interpreter(BlockInterpreter):
     # -- loading ---------------------------------------------------------------------------------------------------
 
     def load(self, file: str, text: str) -> None:
-        """Read the sections of a file."""
         head, rows = (0, ""), list[tuple[int, str]]()
         for number, row in enumerate(text.splitlines(), 1):
             bare = row.strip()
@@ -159,8 +146,8 @@ class Interpreter(BlockInterpreter):
             if found is None or len(found[1]) > MOST_NAME:
                 raise ProgramError(f"{head[:60]!r} does not begin a program", path=file, line=line)
             names = [one.strip(" .").upper() for one in found[2].split(",") if one.strip()]
-            lines = [(number, _bare(row)) for number, row in rows if row]
-            body = tree(lines, file, begins=_begins, turns="ELSE", ends="END UNTIL")
+            lines = [(number, text) for number, row in rows for _, text in rows_of(row, ";")]
+            body = tree(lines, file, begins=BLOCK, turns="ELSE", ends="END UNTIL")
             self.routines[self.declare(found[1].upper(), file, self.routines)] = Steps(file, names, body, line)
         elif word in {".TRANS", ".JOINTS", ".REALS", ".STRINGS"}:
             for number, row in rows:
@@ -182,15 +169,9 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"{name}: {error}") from None
         self.give(name, Transformation.of(values) if word == ".TRANS" else tuple(values))
 
-    def signals_of(self, text: str) -> dict[str, bool]:
-        """Return the signals of TILL."""
-        found = re.findall(r"\bTILL (-?)(\d{1,5}+)\b", text, re.IGNORECASE)
-        return {number: not sign for sign, number in found}
-
     # -- values ----------------------------------------------------------------------------------------------------
 
     def name(self, name: str) -> Any:
-        """Return the value of a variable."""
         if name == "HERE":
             return Transformation(self._seen(self.machine.reading(np.eye(4))))
         own = {"NULL": np.eye(4), "BASE": self.T_base}
@@ -204,26 +185,22 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"{name} is not a function")
         return super().call(name, arguments)
 
-    def fn_sig(self, *numbers: Any) -> int:
-        """Tell whether signals are on."""
+    def _sig(self, *numbers: Any) -> int:
         return -1 if all(self._signal(int(number)) for number in numbers) else 0
 
-    def fn_trans(self, *values: Any) -> Transformation:
-        """Make a transformation of six numbers."""
-        return Transformation.of([*values, *[0.0] * (6 - len(values))])
-
-    fn_rx, fn_ry, fn_rz = (staticmethod(partial(_about, axis)) for axis in "XYZ")
-    fn_dx, fn_dy, fn_dz = (staticmethod(partial(_coordinate, row)) for row in range(3))
-
-    fn_abs = staticmethod(abs)
-
-    def fn_distance(self, one: Transformation, other: Transformation) -> float:
-        """Return the distance of two places, mm."""
-        return float(np.linalg.norm(one.T[:3, 3] - other.T[:3, 3]))
-
-    def fn_shift(self, pose: Transformation, *d: Any) -> Transformation:
-        """Displace a pose along the axes of BASE."""
-        return pose.moved(np.array([*d, *[0.0] * (3 - len(d))]))
+    FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+        "abs": lambda _, value: abs(value),
+        "sig": _sig,
+        "trans": lambda _, *values: Transformation.of([*values, *[0.0] * (6 - len(values))]),
+        "shift": lambda _, pose, *d: pose.moved(np.array([*d, *[0.0] * (3 - len(d))])),
+        "distance": lambda _, one, other: float(np.linalg.norm(one.T[:3, 3] - other.T[:3, 3])),
+        "rx": lambda _, angle: _about("X", angle),
+        "ry": lambda _, angle: _about("Y", angle),
+        "rz": lambda _, angle: _about("Z", angle),
+        "dx": lambda _, pose: float(pose.T[0, 3]),
+        "dy": lambda _, pose: float(pose.T[1, 3]),
+        "dz": lambda _, pose: float(pose.T[2, 3]),
+    }
 
     def _signal(self, number: int) -> bool:
         return self.is_on(str(abs(number))) == (number > 0)
@@ -266,7 +243,6 @@ class Interpreter(BlockInterpreter):
         super().execute(replace(node, text=re.sub(r"\bBY\b", ",", text) if "SHIFT" in text.upper() else text))
 
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
-        """Run one step."""
         text = node.text
         if word == "POINT" or tokens[1:2] == ["="]:
             name, right = (tokens[1], tokens[3:]) if word == "POINT" else (tokens[0], tokens[2:])
@@ -306,12 +282,7 @@ class Interpreter(BlockInterpreter):
 
     def _goal(self, tokens: list[str]) -> Any:
         """Return a pose, or joints; what is behind a comma is the condition of a weld."""
-        depth = 0
-        for at, token in enumerate(tokens):
-            depth += (token in "([") - (token in ")]")
-            if token == "," and depth == 0:
-                tokens = tokens[:at]
-                break
+        tokens = tokens[: outside(tokens, {","})]
         value = self.value(tokens)
         if not isinstance(value, (Transformation, tuple)):
             raise ProgramError(f"{' '.join(tokens)} is no pose")
@@ -385,18 +356,16 @@ class Interpreter(BlockInterpreter):
         raise ProgramError("HOME: nobody knows where that is")
 
     def _do_xmove(self, tokens: list[str]) -> None:
-        mode = tokens[1].upper() if tokens[0] == "/" else ""
-        tokens = tokens[2:] if mode else tokens
-        words = [token.upper() for token in tokens]
-        if mode not in {"", "LVL", "ERR"} or "TILL" not in words:
-            raise ProgramError(f"XMOVE /{mode} {' '.join(tokens)}")
-        till = words.index("TILL")
-        goal, signal = self._goal(tokens[:till]), int(self.value(tokens[till + 1 :]))
+        text = " ".join(tokens)
+        found = SEARCH.fullmatch(text)
+        if found is None:
+            raise ProgramError(f"XMOVE {text}")
+        goal, signal = self._goal(tokens_of(found["goal"], WORDS)), int(self.value(found["signal"]))
         if self.signals.get(str(abs(signal))) != (signal > 0):
             raise ProgramError(f"XMOVE: the signal {signal} is not that of the touch")
         if not self.speed or not isinstance(goal, Transformation):
             raise ProgramError("XMOVE to joint angles, or without a speed in mm/s")
-        if not (self._signal(signal) and self._refuses(mode)):
+        if not (self._signal(signal) and self._refuses((found["mode"] or "").upper())):
             hit = self.machine.search(self.T_base @ goal.T, self.T_tool(), self.speed)
             if hit is not None and self.latch is not None:
                 self.latched.append(Transformation(self._seen(hit @ inverse_pose(self.T_tool()))))
@@ -488,9 +457,3 @@ class Interpreter(BlockInterpreter):
     def _do_call(self, tokens: list[str]) -> None:
         arguments = self.parser(tokens[2:]).values(")") if len(tokens) > 1 else []
         self.routine(tokens[0], arguments)
-
-
-def _bare(row: str) -> str:
-    """Return a step without its comment; a line that is only a comment stays."""
-    bare, comment = without_comment(row, ";")
-    return bare.strip() or f";{comment}"

@@ -13,17 +13,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from wpcal.controllers.language.emit import ArcSwitch
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.program.arc import ArcSettings, end_time_s, refuse
+from wpcal.controllers.program.arc import ArcSettings
 from wpcal.robot.moves import Arc, Move
 
-LANGUAGE = "KRL"
 LONGEST_PREFIX = len("LCPDAT")  #: Of the data of a point in a fold, before its name.
 DATA = (
     "VEL 2.0,ACC 100.0,APO_DIST {blend:g},APO_FAC 50.0,AXIS_VEL 100.0,AXIS_ACC 100.0,ORI_TYP #VAR,CIRC_TYP #BASE,"
     "JERK_FAC 50.0,GEAR_JERK 100.0,EXAX_IGN 0"
 )
 """Motion data of a point, as an inline form declares them."""
+
+
+SWITCH = ArcSwitch(
+    language="KRL",
+    start="ARC_START({job})",
+    end="ARC_END()",
+    on="$OUT[{output}]=TRUE",
+    off="$OUT[{output}]=FALSE",
+    wait="WAIT SEC {seconds}",
+    by_output="$OUT[{output}] switches the arc of seams without folds",
+    by_calls="seams without folds call ARC_START(job) and ARC_END(), which must be on the controller",
+    indent="",
+    stand=("WAIT SEC 0",),
+    no_weave="needs ArcTech (weld_data), or --weave points; or state null",
+)
+"""Of seams without ArcTech."""
 
 
 def has_folds(path: WeldPath, program: WeldProgram) -> bool:
@@ -36,32 +52,7 @@ def how(arc: ArcSettings | None, *, folds: bool) -> list[str]:
     if arc is None:
         return ["the arc burns from ARC ON to ARC OFF"]
     lines = ["seams with weld_data have ArcTech folds; their data sets must be on the controller"] if folds else []
-    if arc.output is not None:
-        return [*lines, f"$OUT[{arc.output}] switches the arc of seams without folds"]
-    return [*lines, "seams without folds call ARC_START(job) and ARC_END(), which must be on the controller"]
-
-
-def plain_start(path: WeldPath, arc: ArcSettings) -> list[str]:
-    """Return the lines that start the arc without ArcTech.
-
-    Raises `InputError` when the weld data states a weave, which plain KRL does not have.
-    """
-    if path.values.weave is not None or path.values.weave_data is not None:
-        raise refuse(
-            path, "weave", language=LANGUAGE, why="needs ArcTech (weld_data), or --weave points; or state null"
-        )
-    switch = f"ARC_START({path.values.job or 0})" if arc.output is None else f"$OUT[{arc.output}]=TRUE"
-    return ["WAIT SEC 0", switch, *_wait(path.values.start_delay_s or 0.0)]
-
-
-def plain_end(path: WeldPath, arc: ArcSettings) -> list[str]:
-    """Return the lines that end the arc without ArcTech."""
-    switch = "ARC_END()" if arc.output is None else f"$OUT[{arc.output}]=FALSE"
-    return ["WAIT SEC 0", *_wait(end_time_s(path)), switch]
-
-
-def _wait(seconds: float) -> list[str]:
-    return [f"WAIT SEC {seconds:g}"] if seconds > 0.0 else []
+    return [*lines, SWITCH.in_words(arc)]
 
 
 def fold_data(along: Sequence[str], program: WeldProgram, *, blend_mm: float) -> list[str]:

@@ -8,6 +8,7 @@ values of frames; in a file without positions, as ``$config.dat``, these frames 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -43,15 +44,9 @@ def read_krl(text: str, path: str) -> ProgramPoints:
     frames: dict[str, RigidTransform] = {}
     taught: list[tuple[str, int, RigidTransform]] = []
     used: dict[str, dict[str, str]] = {}
-    for number, line in enumerate(text.splitlines(), start=1):
-        match = DECLARATION.match(line)
-        if not match:
-            continue
-        kind, name = (match["type"] or "").lower(), match["name"]
-        fields = {key.lower(): value for key, value in FIELD.findall(match["body"].removeprefix("FRAME:"))}
-        base = re.fullmatch(r"BASE_DATA\[(\d+)\]", name, re.IGNORECASE)
-        if base or kind == "frame":
-            frames[base[1] if base else name] = pose = _pose(fields, name, path, number)
+    for kind, name, number, fields in _declarations(text):
+        if kind == "frame":
+            frames[name.removeprefix("BASE_DATA[").removesuffix("]")] = pose = _pose(fields, name, path, number)
             if np.any(pose.t_mm):
                 taught.append((name, number, pose))
         elif kind in POSITION_TYPES:
@@ -64,6 +59,15 @@ def read_krl(text: str, path: str) -> ProgramPoints:
     if not points:  # frames that were taught as points, as in $config.dat
         points = [ProgramPoint(name, line, pose.t_mm, pose.R, BASE) for name, line, pose in taught]
     return ProgramPoints(tuple(points), frames)
+
+
+def _declarations(text: str) -> Iterator[tuple[str, str, int, dict[str, str]]]:
+    """Yield type, name, line and parts of every structure with a value; elements of BASE_DATA are frames."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if match := DECLARATION.match(line):
+            kind, name = (match["type"] or "").lower(), match["name"]
+            fields = {key.lower(): value for key, value in FIELD.findall(match["body"].removeprefix("FRAME:"))}
+            yield "frame" if re.fullmatch(r"BASE_DATA\[\d+\]", name, re.IGNORECASE) else kind, name, number, fields
 
 
 def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTransform:
@@ -79,15 +83,15 @@ def _point(
     shown = name[1:] if used is not None and name[:1] in "Xx" else name
     if not isinstance(pose, RigidTransform):
         return unusable_point(shown, line, "is stored as joint angles; store it as E6POS on the controller", pose)
-    if used is not None and used.get("ipo_frame", "#base").lower() == "#tcp":
+    given = used or {}
+    if given.get("ipo_frame", "").lower() == "#tcp":
         return unusable_point(shown, line, "was taught with a fixed tool (IPO_FRAME #TCP)")
-    base, tool = (used or {}).get("base_no", "-1"), (used or {}).get("tool_no", "-1")
     try:
-        number = parse_whole_number(base)
+        number = parse_whole_number(given.get("base_no", "-1"))
     except InputError as error:
         raise FormatError(f"{shown}: BASE_NO: {error}", path=path, line=line) from None
     frame = BASE if number == 0 else str(number) if number > 0 else None  # -1: not set
-    return ProgramPoint(shown, line, pose.t_mm, pose.R, frame, at_flange=tool == "0")
+    return ProgramPoint(shown, line, pose.t_mm, pose.R, frame, at_flange=given.get("tool_no") == "0")
 
 
 READER = ProgramReader(read_krl, lambda values: frame_from_angles([*values[:3], *values[:2:-1]]), "X,Y,Z,A,B,C")

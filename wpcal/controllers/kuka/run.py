@@ -25,7 +25,6 @@ from wpcal.controllers.kuka.statements import read_data, read_source
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, text_of
-from wpcal.controllers.run.expressions import Parser
 from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, entries_of
 from wpcal.core.arrays import FloatArray
@@ -83,26 +82,13 @@ WAITS = re.compile(r"\bWHEN[ \t]++\$IN\[(\d++)\]==(TRUE|FALSE)", re.IGNORECASE)
 class Interpreter(BlockInterpreter):
     """A robot interpreter with its modules; `signals` are numbers of inputs."""
 
-    grammar, words, COMMENT, BREAK = TEXT, GRAMMAR, ";", "EXIT"
-    BLOCKS: Mapping[str, Callable[..., None]] = {
-        "IF": BlockInterpreter.choose,
-        "FOR": BlockInterpreter.count,
-        "WHILE": lambda self, node, tokens: self.loop(node, lambda: self.value(tokens[1:])),
-        "LOOP": lambda self, node, _: self.loop(node, lambda: True),
-        "REPEAT": BlockInterpreter.until,
-        "SWITCH": BlockInterpreter.select,
-    }
+    grammar, words, COMMENT, BREAK, PARSER = TEXT, GRAMMAR, ";", "EXIT", KrlParser
+    ARCS: Mapping[str, Does] = {"ARC_START": Does.ON, "ARC_END": Does.OFF}
 
-    def __init__(
-        self,
-        files: Mapping[str, str],
-        *args: Any,
-        tools: Mapping[Any, FloatArray] | None = None,
-        bases: Mapping[Any, FloatArray] | None = None,
-        **given: Any,
-    ) -> None:
-        self.tool_data = {n: frame_value(T) for n, T in (tools or {}).items()}
-        self.base_data = {n: frame_value(T) for n, T in (bases or {}).items()}
+    def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
+        tools, bases = (given.pop(key, None) or {} for key in ("tools", "bases"))
+        self.tool_data = {n: frame_value(T) for n, T in tools.items()}
+        self.base_data = {n: frame_value(T) for n, T in bases.items()}
         self.system: dict[str, Any] = {"$NULLFRAME": frame_value(np.eye(4)), "$ADVANCE": 3}
         self.system["MACHINE_DEF"] = {"": Aggregate({"ROOT": 0, "MECH_TYPE": 0})}
         self.system["$H_POS"] = Aggregate(dict.fromkeys(JOINTS))
@@ -116,7 +102,6 @@ class Interpreter(BlockInterpreter):
         self.file = ""  # until a routine runs
 
     def load(self, file: str, text: str) -> None:
-        """Read a source file or a data list."""
         self.file = file
         if file.lower().endswith(".dat"):
             self._declare(file, text)
@@ -125,7 +110,6 @@ class Interpreter(BlockInterpreter):
                 self.routines[_new(name, file, self.routines)] = routine
 
     def signals_of(self, text: str) -> dict[Any, bool]:
-        """Return the inputs for which interrupts wait, and their levels."""
         return {int(match[1]): match[2].upper() == "TRUE" for match in WAITS.finditer(text)}
 
     def _declare(self, file: str, text: str) -> None:
@@ -138,10 +122,6 @@ class Interpreter(BlockInterpreter):
                 raise ProgramError(f"{declared}: {error.what}", path=file, line=line.number) from None
 
     # -- values ----------------------------------------------------------------------------------------------------
-
-    def parser(self, tokens: list[str]) -> Parser:
-        """Return what reads structures, too."""
-        return KrlParser(tokens, GRAMMAR, self)
 
     def _typed(self, kind: str, value: Any) -> Any:
         expected = KINDS.get(kind)
@@ -157,7 +137,6 @@ class Interpreter(BlockInterpreter):
         return value
 
     def name(self, name: str) -> Any:
-        """Return the value of a variable."""
         for known in (self.locals[-1], self.values):
             if (key := _own(name, self.file, known)) in known:
                 if known[key] is None:
@@ -184,13 +163,11 @@ class Interpreter(BlockInterpreter):
         return frame_value(T, "E6POS", {"S": 2, "T": 2, **{f"E{i}": 0.0 for i in range(1, 7)}})
 
     def part(self, value: Any, name: str) -> Any:
-        """Return a part of a structure."""
         if not isinstance(value, Aggregate) or name.upper() not in value.values:
             raise ProgramError(f"no part {name}")
         return value.values[name.upper()]
 
     def item(self, value: Any, indices: list[Any]) -> Any:
-        """Return an element of an array."""
         if not indices:
             return value  # a text, written with empty brackets
         found = value.get(indices[0], value.get("")) if isinstance(value, dict) else None
@@ -199,7 +176,6 @@ class Interpreter(BlockInterpreter):
         return found
 
     def call(self, name: str, arguments: list[Any]) -> Any:
-        """Return the value of a function."""
         if name == "INV_POS" and isinstance(arguments[0], Aggregate):
             return frame_value(inverse_pose(arguments[0].matrix()))
         if name in {"ABS", "SQRT"}:
@@ -242,7 +218,7 @@ class Interpreter(BlockInterpreter):
     def routine(self, name: str, arguments: Sequence[Any] = ()) -> None:
         """Run a subprogram to its end; its interrupts end with it."""
         key = _own(name.upper(), self.file, self.routines)
-        if key not in self.routines:
+        if key not in self.routines and key not in self.ARCS:
             raise ProgramError(f"the instruction or routine {name} is unknown")
         try:
             super().routine(key, arguments)
@@ -250,7 +226,6 @@ class Interpreter(BlockInterpreter):
             self.interrupts = {number: one for number, one in self.interrupts.items() if one.level <= self.calls}
 
     def block(self, nodes: Sequence[Node]) -> None:
-        """Run lines one after another."""
         file = self.file
         for node, after in zip(nodes, [*nodes[1:], None], strict=False):
             self.after = "" if after is None else after.text
@@ -262,10 +237,7 @@ class Interpreter(BlockInterpreter):
                 self.in_handler, self.file = False, file
 
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
-        """Run one line."""
-        speed = self.system.get("$VEL.CP")
-        if isinstance(speed, int | float):
-            self.machine.at = replace(self.machine.at, speed_mm_s=1000.0 * speed)
+        self._note_speed()
         if word in {"GLOBAL", "INTERRUPT"}:
             self._interrupt(tokens)
         elif "=" in tokens and word not in PLAIN and word != "DECL":
@@ -280,8 +252,12 @@ class Interpreter(BlockInterpreter):
         else:
             raise ProgramError(f"{node.text[:80]!r} is unknown")
 
+    def _note_speed(self) -> None:
+        speed = self.system.get("$VEL.CP")
+        if isinstance(speed, int | float):
+            self.machine.at = replace(self.machine.at, speed_mm_s=1000.0 * speed)
+
     def give(self, name: str, value: Any) -> None:
-        """Give a variable a value."""
         self._assign([name], value)
 
     def _do_decl(self, tokens: list[str]) -> None:
@@ -295,18 +271,26 @@ class Interpreter(BlockInterpreter):
             self._set_frame(name, left, value, shown)
         elif IGNORED.fullmatch(whole):
             self.system[whole] = value
-        elif name in {"TOOL_DATA", "BASE_DATA"} and left[1:2] == ["["] and left[-1] == "]":
-            table = self.tool_data if name == "TOOL_DATA" else self.base_data
-            if len(table) > MOST_ELEMENTS:
-                raise ProgramError(f"more than {MOST_ELEMENTS} frames")
-            table[self.value(left[2:-1])] = value
-        elif name == "$OUT" and left[1:2] == ["["]:
-            number = self.value(left[2:-1])
+        elif name in {"TOOL_DATA", "BASE_DATA", "$OUT"} and left[1:2] == ["["] and left[-1] == "]":
+            self._set_element(name, self.value(left[2:-1]), value)
+        else:
+            self._set_variable(name, left, value)
+
+    def _set_element(self, name: str, number: Any, value: Any) -> None:
+        if name == "$OUT":
             self.run.outputs[f"OUT{number}"] = value
             self.machine.output(number, value)
-        elif name in self.locals[-1] and len(left) == 1:
+            return
+        table = self.tool_data if name == "TOOL_DATA" else self.base_data
+        if len(table) > MOST_ELEMENTS:
+            raise ProgramError(f"more than {MOST_ELEMENTS} frames")
+        table[number] = value
+
+    def _set_variable(self, name: str, left: list[str], value: Any) -> None:
+        key = _own(name, self.file, self.values)
+        if name in self.locals[-1] and len(left) == 1:
             self.locals[-1][name] = self._typed(self.kinds.get(name, "INT"), value)
-        elif (key := _own(name, self.file, self.values)) in self.values and (len(left) == 1 or left[1:] == ["[", "]"]):
+        elif key in self.values and left[1:] in ([], ["[", "]"]):
             self.values[key] = self._typed(self.kinds[key], value)
         else:
             self._set_part(self._holder(name), left, value)
@@ -348,9 +332,7 @@ class Interpreter(BlockInterpreter):
     # -- instructions ----------------------------------------------------------------------------------------------
 
     def _call(self, name: str, given: list[str]) -> None:
-        if name in {"ARC_START", "ARC_END"} and name not in self.routines:
-            self.machine.switch(Does.ON if name == "ARC_START" else Does.OFF)
-        elif name == "ARCMAINNG":
+        if name == "ARCMAINNG":
             does = ARC.get(given[0].upper() if given else "")
             if does is not None:
                 self.machine.switch(does)
@@ -441,11 +423,8 @@ class Interpreter(BlockInterpreter):
         words = [token.upper() for token in tokens]
         if "WITH" not in words:
             return tokens
-        own, ends = tokens[words.index("WITH") + 1 :], list[str]()
-        while own and own[-1].upper() in BLENDS:
-            ends.append(own.pop())
-        at = self.machine.at
-        for name, _, value in (each.partition("=") for each in "".join(own).split(",")):
+        begin, (own, ends), at = words.index("WITH"), _without_blends(tokens), self.machine.at
+        for name, _, value in (each.partition("=") for each in "".join(own[begin + 1 :]).split(",")):
             if name.upper() == "$VEL.CP":
                 at = replace(at, speed_mm_s=1000.0 * self.value([value]))
             elif name.upper() == "$SYNC_ID[]":
@@ -453,7 +432,7 @@ class Interpreter(BlockInterpreter):
             elif name.upper() != "$SYNC_LIST" and not IGNORED.fullmatch(name.upper()):
                 raise ProgramError(f"WITH {name} is unknown")
         self.machine.at = at
-        return [*tokens[: words.index("WITH")], *ends]
+        return [*tokens[:begin], *ends]
 
     def _do_lin_rel(self, tokens: list[str]) -> None:
         in_tool = tokens[-1].upper() == "#TOOL"
@@ -471,9 +450,8 @@ class Interpreter(BlockInterpreter):
         self._do_lin_rel(tokens)
 
     def _targets(self, tokens: list[str], count: int) -> list[Aggregate]:
-        given = list(tokens)
-        while given and given[-1].upper() in BLENDS:
-            given.pop()
+        given, blends = _without_blends(tokens)
+        if blends:
             percent = self.system.get("$APO.CPTP")  # of the half of a motion
             share = percent / 100.0 if isinstance(percent, int | float) else 1.0
             self.machine.at = replace(self.machine.at, blends=True, zone=(math.inf, WHOLE_ZONE * min(share, 1.0)))
@@ -500,9 +478,11 @@ class Interpreter(BlockInterpreter):
         if not armed or (is_line and self.value(armed[0].condition)):
             self.machine.move(goal, T_tool, is_line=is_line)  # no edge comes from a signal that is on
             return
-        (interrupt,) = armed
         if not is_line:
             raise ProgramError("a search on a PTP motion")
+        self._search(goal, T_tool, *armed)
+
+    def _search(self, goal: FloatArray, T_tool: FloatArray, interrupt: Interrupt) -> None:
         speed = self.machine.at.speed_mm_s
         if speed is None:
             raise ProgramError("a search without $VEL.CP")
@@ -517,3 +497,11 @@ class Interpreter(BlockInterpreter):
         if not self.is_braked:
             raise ProgramError("an interrupt routine without BRAKE: the motion goes on through the part")
         raise ProgramError(f"the motion goes on after the interrupt {interrupt.call}: no RESUME")
+
+
+def _without_blends(tokens: list[str]) -> tuple[list[str], list[str]]:
+    """Return the tokens of a move without the words for what it does at its end, and these."""
+    count = len(tokens)
+    while count and tokens[count - 1].upper() in BLENDS:
+        count -= 1
+    return tokens[:count], tokens[count:]

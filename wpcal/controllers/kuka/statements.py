@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 from wpcal.controllers.kuka.values import GRAMMAR
 from wpcal.controllers.language.grammar import mark_of
-from wpcal.controllers.run.blocks import Row, Steps, tree
-from wpcal.controllers.run.expressions import tokens_of, without_comment
+from wpcal.controllers.run.blocks import Row, Steps, rows_of, tree
+from wpcal.controllers.run.expressions import tokens_of
 from wpcal.controllers.run.program import ProgramError
 
-HEADS = {"FOR", "WHILE", "LOOP", "REPEAT", "SWITCH"}
+BLOCK = r"(?:FOR|WHILE|LOOP|REPEAT|SWITCH)(?![^\s(])|IF(?![^\s(]).*THEN$"
 ENDS = "ENDIF ENDFOR ENDWHILE ENDLOOP UNTIL ENDSWITCH"
 MOST_NAME = 24  #: Characters of a name.
 
@@ -29,21 +29,15 @@ class SourceLine(NamedTuple):
         return self.tokens[0].upper()
 
 
-def rows_of(text: str) -> list[Row]:
+def _rows(text: str) -> list[Row]:
     """Return the lines without comments, folds and file attributes; of comments the marks of seams."""
-    found = list[Row]()
-    for number, line in enumerate(text.splitlines(), 1):
-        bare, comment = (part.strip() for part in without_comment(line, ";"))
-        if not bare and mark_of(comment) is not None:
-            found.append((number, f";{comment}"))
-        elif bare and not bare.startswith("&"):
-            found.append((number, bare))
-    return found
+    rows = rows_of(text, ";")
+    return [row for row in rows if row[1][0] not in ";&" or (row[1][0] == ";" and mark_of(row[1][1:]) is not None)]
 
 
 def _lines_of(text: str, file: str) -> list[SourceLine]:
     found = []
-    for number, bare in rows_of(text):
+    for number, bare in _rows(text):
         if not bare.startswith(";"):
             try:
                 found.append(SourceLine(number, tokens_of(bare, GRAMMAR), bare))
@@ -59,34 +53,39 @@ def read_data(text: str, file: str) -> list[tuple[str, str, SourceLine, list[str
         raise ProgramError("a data list begins with DEFDAT and ends with ENDDAT", path=file)
     found: dict[str, tuple[str, str, SourceLine, list[str]]] = {}
     for line in lines[1:-1]:
-        tokens = [one for one in line.tokens if one.upper() not in {"GLOBAL", "CONST"}]
-        words = [one.upper() for one in tokens]
-        if words[0] in {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC"}:
-            continue
-        if words[0] == "DECL" and len(words) > 2:
-            kind, name = words[1], words[2]
-            if name in found:
-                raise ProgramError(f"{name} is declared twice", path=file, line=line.number)
-            if len(name) > MOST_NAME:
-                raise ProgramError(f"{name} has more than {MOST_NAME} characters", path=file, line=line.number)
-            found[name] = (kind, name, line, tokens[tokens.index("=") + 1 :] if "=" in tokens else [])
-        elif words[1:4] == ["[", "]", "="] and words[0] in found:
-            found[words[0]] = (found[words[0]][0], words[0], line, tokens[4:])
-        else:
-            raise ProgramError(f"{line.text[:40]!r} is no declaration", path=file, line=line.number)
+        try:
+            _declare(found, line)
+        except ProgramError as error:
+            raise error.at(file, line.number) from None
     return list(found.values())
+
+
+def _declare(found: dict[str, tuple[str, str, SourceLine, list[str]]], line: SourceLine) -> None:
+    tokens = [one for one in line.tokens if one.upper() not in {"GLOBAL", "CONST"}]
+    words = [one.upper() for one in tokens]
+    if words[0] == "DECL" and len(words) > 2:
+        kind, name = words[1], words[2]
+        if name in found:
+            raise ProgramError(f"{name} is declared twice")
+        if len(name) > MOST_NAME:
+            raise ProgramError(f"{name} has more than {MOST_NAME} characters")
+        found[name] = (kind, name, line, tokens[tokens.index("=") + 1 :] if "=" in tokens else [])
+    elif words[1:4] == ["[", "]", "="] and words[0] in found:
+        found[words[0]] = (found[words[0]][0], words[0], line, tokens[4:])
+    elif words[0] not in {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC"}:
+        raise ProgramError(f"{line.text[:40]!r} is no declaration")
 
 
 def read_source(text: str, file: str) -> dict[str, Steps]:
     """Return the routines of a source file by name."""
     found: dict[str, Steps] = {}
     head, rows = (0, ""), list[Row]()
-    for number, bare in rows_of(text):
+    for number, bare in _rows(text):
         word = re.split(r"\W", bare, maxsplit=1)[0].upper()
         if head[1] and word == "END":
             words = [one.upper() for one in tokens_of(head[1], GRAMMAR) if one.upper() != "GLOBAL"]
             inside = [one for one in words[3:-1] if one not in {",", ":", "IN", "OUT"}]
-            body = tree(rows, file, begins=_begins, turns="ELSE CASE DEFAULT", ends=ENDS)
+            body = tree(rows, file, begins=BLOCK, turns="ELSE CASE DEFAULT", ends=ENDS)
             found[words[1]] = Steps(file, inside, body, head[0])
             head, rows = (0, ""), []
         elif head[1]:
@@ -98,8 +97,3 @@ def read_source(text: str, file: str) -> dict[str, Steps]:
     if head[1]:
         raise ProgramError("ends within a block", path=file, line=head[0])
     return found
-
-
-def _begins(text: str) -> bool:
-    words = re.split(r"[\s(]", text.upper())
-    return words[0] in HEADS or (words[0] == "IF" and text.upper().endswith("THEN"))

@@ -11,7 +11,7 @@ SatelliteApplicationsCatapult/Automate-Synch-KUKA-RoboTeam. No public program wi
 
 from __future__ import annotations
 
-from wpcal.controllers.kuka.arc import how, plain_end, plain_start
+from wpcal.controllers.kuka.arc import SWITCH, how
 from wpcal.controllers.kuka.write import (
     ATTRIBUTES,
     BLEND_MM,
@@ -66,7 +66,7 @@ def _about(program: CoordinatedProgram, robot: int) -> list[str]:
 
 def _torch(program: CoordinatedProgram, labels: list[str]) -> tuple[list[str], list[str]]:
     """Return the data and the moves of robot 1."""
-    path, frame = program.path, program.controller.frame_number
+    path, frame, around = program.path, program.controller.frame_number, SWITCH.around(program.path, program.arc)
     targets = _targets(labels, path.p_base, path.R_base, program.postures[0])
     data = _data(program, program.joints1, targets[path.before :])
     start, *others = program.steps(BLEND_MM)
@@ -80,9 +80,9 @@ def _torch(program: CoordinatedProgram, labels: list[str]) -> tuple[list[str], l
         *(CIRCLE if path.has_arcs else ()),
         _move(start, labels, program.air_speed_mm_s),
         first,
-        *([] if program.arc is None else plain_start(path, program.arc)),
+        *around.on(),
         *(_move(step, labels, program.speed_mm_s) for step in others if step.on_seam),
-        *([] if program.arc is None else plain_end(path, program.arc)),
+        *around.off(),
         last,
     ]
     return data, [*lines, *(_move(step, labels, program.air_speed_mm_s) for step in others if not step.on_seam)]

@@ -13,13 +13,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.kuka.arc import LONGEST_PREFIX, fold_data, fold_moves, has_folds, how, plain_end, plain_start
+from wpcal.controllers.kuka.arc import LONGEST_PREFIX, SWITCH, fold_data, fold_moves, has_folds, how
 from wpcal.controllers.kuka.configuration import status_and_turn
-from wpcal.controllers.language.emit import Around, WeldWriter
+from wpcal.controllers.language.emit import WeldWriter
 from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
@@ -163,18 +164,18 @@ class _Krl(WeldWriter):
                 rows = zip(numbers, moves.joints, outer, strict=True)
                 lines += [f"DECL E6AXIS {AXES}{number:04d}={axes_text(q, axes)}" for number, q, axes in rows]
         for row, poses in enumerate(self.program.groups):
-            known = self._known(row, poses)
-            values = aggregates(*poses.poses_in(self.T_base_frame), known)
-            if isinstance(poses, SafePoint):
-                lines.append(f"DECL E6POS WP_SAFE={values[0]}")
-                continue
-            labels = self.labels(poses)
-            along = labels[poses.weld_rows] if has_folds(poses, self.program) else []
-            names = [f"X{label}" if label in along else label for label in labels]
-            points = [f"DECL E6POS {name}={value}" for name, value in zip(names, values, strict=True)]
-            lines += points[0 if self.planned is None else poses.before :]  # a plan goes to axes before a seam
-            lines += fold_data(along, self.program, blend_mm=BLEND_MM)
+            values = aggregates(*poses.poses_in(self.T_base_frame), self._known(row, poses))
+            lines += self._along(poses, values) if isinstance(poses, WeldPath) else [f"DECL E6POS WP_SAFE={values[0]}"]
         return lines
+
+    def _along(self, path: WeldPath, values: Sequence[str]) -> list[str]:
+        """Declare the points of a seam, and what its folds need."""
+        labels = self.labels(path)
+        along = labels[path.weld_rows] if has_folds(path, self.program) else []
+        names = [f"X{label}" if label in along else label for label in labels]
+        points = [f"DECL E6POS {name}={value}" for name, value in zip(names, values, strict=True)]
+        points = points[0 if self.planned is None else path.before :]  # a plan goes to axes before a seam
+        return [*points, *fold_data(along, self.program, blend_mm=BLEND_MM)]
 
     def _known(self, row: int, poses: WeldPath | SafePoint) -> list[str]:
         """Return what follows the coordinates of poses: S and T, and external axes."""
@@ -233,12 +234,9 @@ class _Krl(WeldWriter):
         return [*([f"$APO.CPTP={percent}"] if percent else []), *move]
 
     def _seam(self, path: WeldPath) -> list[str]:
-        program, arc = self.program, self.program.arc
-        folds, air = has_folds(path, program), f"$VEL.CP={self.air}"
-        plain = None if folds else arc
-        around = Around(
-            on=list if plain is None else partial(plain_start, path, plain),
-            off=list if plain is None else partial(plain_end, path, plain),
+        program, air, folds = self.program, f"$VEL.CP={self.air}", has_folds(path, self.program)
+        around = replace(
+            SWITCH.around(path, None if folds else program.arc),
             start={"speed": f"{program.weld_speed_mm_s(path) / 1000.0:g}", "folds": folds},
             end={"folds": folds},
             after=[air],

@@ -164,6 +164,9 @@ class ArcSwitch:
     wait: str  #: The instruction that waits for ``{seconds}`` or ``{milliseconds}``.
     by_output: str  #: How the header says that the output ``{output}`` switches the arc ...
     by_calls: str  #: ... or the functions.
+    indent: str = "  "
+    stand: Sequence[str] = ()  #: Instructions before the switch, which wait until the torch stands.
+    no_weave: str = NO_WEAVE
 
     def in_words(self, arc: ArcSettings | None) -> str:
         """Say for the header what switches the arc."""
@@ -179,15 +182,15 @@ class ArcSwitch:
 
     def _start(self, path: WeldPath, arc: ArcSettings) -> list[str]:
         if has_weave(path):
-            raise refuse(path, "weave", language=self.language, why=NO_WEAVE)
+            raise refuse(path, "weave", language=self.language, why=self.no_weave)
         call = self.start if arc.output is None else self.on
         switch = call.format(job=path.values.job or 0, output=arc.output)
-        return [f"  {switch}", *self._wait(path.values.start_delay_s or 0.0)]
+        return [*self.stand, f"{self.indent}{switch}", *self._wait(path.values.start_delay_s or 0.0)]
 
     def _end(self, path: WeldPath, arc: ArcSettings) -> list[str]:
         switch = (self.end if arc.output is None else self.off).format(output=arc.output)
-        return [*self._wait(end_time_s(path)), f"  {switch}"]
+        return [*self.stand, *self._wait(end_time_s(path)), f"{self.indent}{switch}"]
 
     def _wait(self, seconds: float) -> list[str]:
         times = {"seconds": f"{seconds:g}", "milliseconds": f"{1e3 * seconds:g}"}
-        return [f"  {self.wait.format(**times)}"] if seconds > 0.0 else []
+        return [f"{self.indent}{self.wait.format(**times)}"] if seconds > 0.0 else []

@@ -84,9 +84,13 @@ class Grammar:
             or re.fullmatch(self.harmless, line.strip(), re.IGNORECASE) is not None
         )
 
+    def has_poses(self, path: Path) -> bool:
+        """Tell by the suffix whether a file holds poses."""
+        return path.suffix.lower() in self.poses_in
+
     def is_in_step(self, raw: bytes, path: Path) -> bool:
         """Tell whether a program moves in step with another robot; a file of points by the program beside it."""
-        if self.moves_of is not None and path.suffix.lower() in self.poses_in:
+        if self.moves_of is not None and self.has_poses(path):
             beside = self.moves_of(path)
             return beside != path and beside.is_file() and self.is_in_step(read_bytes(beside), beside)
         return bool(self.in_step) and re.search(self.in_step, raw.decode(ENCODING), re.MULTILINE) is not None

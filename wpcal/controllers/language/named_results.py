@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from wpcal.taught.programs import ProgramPoints
+from wpcal.taught.programs import ProgramPoint, ProgramPoints
 from wpcal.touch.searches.results import StoredValues, parsed_number
 
 
@@ -32,14 +32,18 @@ class ResultNames:
                 stored.count = parsed_number(text, name, path)
         for point in read.points:
             own = point.name.lower()
-            search = own.removeprefix(self.place).upper()
             if own == self.frame:
                 stored.T_base_part = point.T_frame_tool.relabelled(target="base", source="frame")
-            elif own.startswith(self.place) and point.fault is not None:
-                stored.faults[search] = point.fault
             elif own.startswith(self.place):
-                stored.places[search] = point.T_frame_tool
+                self._take(stored, own.removeprefix(self.place).upper(), point)
         for name, T in read.frames.items():
             if name.lower() == self.frame:
                 stored.T_base_part = T
         return stored
+
+    @staticmethod
+    def _take(stored: StoredValues, search: str, point: ProgramPoint) -> None:
+        if point.fault is None:
+            stored.places[search] = point.T_frame_tool
+        else:
+            stored.faults[search] = point.fault

@@ -185,17 +185,22 @@ def _rendered(template: Template, file: str, names: Mapping[str, Any], *, is_own
         with limited_steps() if is_own else nullcontext():
             return template.render(names)
     except UndefinedError as error:
-        missing = re.search(r"^'(\w+)' is undefined$|'dict object' has no attribute '(\w+)'", str(error))
-        name = "" if missing is None else missing[1] or missing[2]
-        known = sorted(names["weld"] if missing is not None and missing[2] and "weld" in names else names)
-        what = f"there is no name {name!r}" if name else str(error)
-        raise FormatError(f"{what}; names here: {', '.join(known)}", path=file, line=_line(error, file)) from None
+        raise FormatError(_missing(str(error), names), path=file, line=_line(error, file)) from None
     except InputError:
         raise
     except RecursionError:
         raise FormatError("cannot be used: a macro calls itself too often", path=file) from None
     except (TemplateError, SecurityError, TypeError, ValueError, ArithmeticError, LookupError, MemoryError) as error:
         raise FormatError(f"cannot be used: {error}", path=file, line=_line(error, file)) from None
+
+
+def _missing(error: str, names: Mapping[str, Any]) -> str:
+    """Return the message about a name that a template uses and that is not there."""
+    found = re.search(r"^'(?P<name>\w+)' is undefined$|'dict object' has no attribute '(?P<key>\w+)'", error)
+    name, key = found.groups() if found is not None else (None, None)
+    known = names.get("weld", names) if key else names
+    what = f"there is no name {name or key!r}" if found is not None else error
+    return f"{what}; names here: {', '.join(sorted(known))}"
 
 
 def _line(error: BaseException, file: str) -> int | None:

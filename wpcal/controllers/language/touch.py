@@ -70,19 +70,27 @@ class TouchWriter(AirMoves):
     def __init__(self, program: TouchProgram) -> None:
         self.program, self.plan, self.setup, self.controller = program, program.plan, program.setup, program.controller
         self.language = self.names.language
-        if self.setup.with_package and not self.has_package:
-            what = f"{self.language}: wpcal writes no searches of a touch-sensing package"
-            raise InputError(f"{what}: with_package = false in the touch setup")
-        if program.welds is not None and not self.way_points:
-            raise InputError(f"{self.language}: touch and weld in one run is not written in this language")
-        if self.setup.with_package and program.welds is not None and program.welds.stage:
-            raise InputError(f"{self.language}: two stages in one run are not written with a touch-sensing package")
+        self._require_language()
         self.check()
         name = program.name(self.names)
         self.name = name.upper() if self.is_upper else name
         self.frame = self.frame_as_written(self.plan.T_base_part)
         self.steps = program.steps(self.frame)
         self.post = TouchPost(self.format, program)
+        self.searches = self._texts()
+
+    def _require_language(self) -> None:
+        """Refuse a program that this language cannot hold."""
+        with_package, welds = self.setup.with_package, self.program.welds
+        if with_package and not self.has_package:
+            what = f"{self.language}: wpcal writes no searches of a touch-sensing package"
+            raise InputError(f"{what}: with_package = false in the touch setup")
+        if welds is not None and not self.way_points:
+            raise InputError(f"{self.language}: touch and weld in one run is not written in this language")
+        if welds is not None and welds.stage and with_package:
+            raise InputError(f"{self.language}: two stages in one run are not written with a touch-sensing package")
+
+    def _texts(self) -> list[SearchText]:
         first, found = self.first_point, list[SearchText]()
         for number, steps in enumerate(self.steps):
             names = self.points_of(steps, first)
@@ -91,7 +99,7 @@ class TouchWriter(AirMoves):
             felt = 2 if self.setup.with_package else 3  # a package senses from the start on
             found.append(SearchText(steps.name, number, at, names[:-felt], is_first, steps))
             first += len(names)
-        self.searches = found
+        return found
 
     @property
     def first_point(self) -> int:

@@ -10,7 +10,7 @@ from itertools import count
 from typing import Any
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.expressions import Parser, Syntax, tokens_of
+from wpcal.controllers.run.expressions import Parser, Syntax, tokens_of, without_comment
 from wpcal.controllers.run.interpreter import MOST_BLOCKS, Interpreter
 from wpcal.controllers.run.program import ProgramError
 
@@ -55,8 +55,18 @@ class JumpError(Exception):
         self.label = label
 
 
-def tree(rows: Iterable[Row], file: str, *, begins: Callable[[str], bool], turns: str, ends: str) -> list[Node]:
-    """Return lines as a tree: `begins` tells heads of blocks, `turns` and `ends` are the words of ELSE and END."""
+def rows_of(text: str, mark: str, quote: str = '"', *, first: int = 1) -> list[Row]:
+    """Return lines without remarks, which begin with `mark`; a line that is only a remark stays."""
+    found = list[Row]()
+    for number, row in enumerate(text.splitlines(), first):
+        bare, remark = (part.strip() for part in without_comment(row, mark, quote))
+        if bare or remark:
+            found.append((number, bare or f"{mark}{remark}"))
+    return found
+
+
+def tree(rows: Iterable[Row], file: str, *, begins: str, turns: str, ends: str) -> list[Node]:
+    """Return lines as a tree: `begins` is the pattern of heads, `turns` and `ends` are the words of ELSE and END."""
     top: list[Node] = []
     stack: list[Node] = []
     bodies = [top]
@@ -71,7 +81,7 @@ def tree(rows: Iterable[Row], file: str, *, begins: Callable[[str], bool], turns
         else:
             node = Node(line, text)
             bodies[-1].append(node)
-            if begins(text):
+            if re.match(begins, text, re.IGNORECASE):
                 node.branches.append((text, []))
                 stack.append(node)
                 bodies.append(node.branches[0][1])
@@ -93,10 +103,12 @@ class BlockInterpreter(Interpreter):
     """Runs the routines of a language of blocks."""
 
     words: Syntax
+    PARSER = Parser  #: What reads expressions.
     COMMENT: str  #: How a remark begins.
     BREAK = "BREAK"  #: The word that ends the innermost loop.
     FOR = ("=", "TO", "STEP", "")  #: What is before the first value, the last and the step, and at the end of the line.
-    BLOCKS: Mapping[str, Callable[[Any, Node, list[str]], None]]  #: What runs blocks, by their first words.
+    FUNCTIONS: Mapping[str, Callable[..., Any]] = {}  #: Of the language, lower case; they get the interpreter first.
+    ARCS: Mapping[str, Does] = {}  #: Routines of the user that switch the arc, where the files do not hold them.
 
     def __init__(self, *args: Any, **given: Any) -> None:
         self.routines: dict[str, Steps] = {}
@@ -118,7 +130,7 @@ class BlockInterpreter(Interpreter):
 
     def parser(self, tokens: list[str]) -> Parser:
         """Return what reads expressions."""
-        return Parser(tokens, self.words, self)
+        return self.PARSER(tokens, self.words, self)
 
     def name(self, name: str) -> Any:
         """Return the value of a variable."""
@@ -128,13 +140,14 @@ class BlockInterpreter(Interpreter):
         raise ProgramError(f"nobody knows {name}: the program gave it no value")
 
     def call(self, name: str, arguments: list[Any]) -> Any:
-        """Return what a function of the program, or one of the language, named ``fn_NAME``, returns."""
-        if name in self.routines:
+        """Return what a function of the program, or one of the language, returns; named arguments are a last dict."""
+        if name in self.routines or name in self.ARCS:
             return self.routine(name, arguments)
-        function = getattr(self, f"fn_{name.lower()}", None)
+        named = arguments.pop() if arguments and isinstance(arguments[-1], dict) else {}
+        function = self.FUNCTIONS.get(name.lower())
         if function is None:
             raise ProgramError(f"not followed: {name}(…)")
-        return function(*arguments)
+        return function(self, *arguments, **named)
 
     def item(self, value: Any, indices: list[Any]) -> Any:
         """Return an element of an array."""
@@ -149,6 +162,9 @@ class BlockInterpreter(Interpreter):
         """Run a routine to its end; return its value."""
         name = name.upper() if self.words.is_upper else name
         routine = self.routines.get(name)
+        if routine is None and name in self.ARCS:
+            self.machine.switch(self.ARCS[name])
+            return None
         if routine is None:
             raise ProgramError(f"{name} is not there")
         if len(routine.parameters) != len(arguments):
@@ -220,7 +236,7 @@ class BlockInterpreter(Interpreter):
         found = self.value(tokens[1:])
         for head, body in node.branches[1:]:
             word, *values = tokens_of(head, self.words)
-            if word.upper() == "DEFAULT" or found in self.listed(values[: -1 if values[-1:] == [":"] else None]):
+            if word.upper() == "DEFAULT" or found in self.listed(_bare(values)):
                 self.block(body)
                 return
 
@@ -228,20 +244,28 @@ class BlockInterpreter(Interpreter):
         """Run the first branch whose head holds: IF … THEN, ELSEIF, ELSE."""
         for head, body in node.branches:
             word, *condition = tokens_of(head, self.words)
-            if condition and condition[-1].upper() in {"THEN", ":"}:
-                condition.pop()
-            if word.upper() == "ELSE" or self.value(condition):
+            if word.upper() == "ELSE" or self.value(_bare(condition)):
                 self.block(body)
                 return
 
     def loop_while(self, node: Node, tokens: list[str]) -> None:
-        """Run a block while what is between its first word and its last holds."""
-        self.loop(node, lambda: self.value(tokens[1:-1]))
+        """Run a block while what is behind its first word holds."""
+        self.loop(node, lambda: self.value(_bare(tokens[1:])))
 
     def until(self, node: Node, _: list[str]) -> None:
         """Run a block until what its last line says holds."""
         rounds = count()
         self.loop(node, lambda: next(rounds) == 0 or not self.value(tokens_of(node.close, self.words)[1:]))
+
+    #: What runs the blocks that a language has, by their first words.
+    BLOCKS: Mapping[str, Callable[[Any, Node, list[str]], None]] = {
+        "IF": choose,
+        "WHILE": loop_while,
+        "LOOP": lambda self, node, _: self.loop(node, lambda: True),
+        **dict.fromkeys(("REPEAT", "DO"), until),
+        **dict.fromkeys(("SWITCH", "TEST"), select),
+        "FOR": lambda self, node, tokens: self.count(node, tokens),
+    }
 
     def execute(self, node: Node) -> None:
         """Run one line with its blocks."""
@@ -250,8 +274,8 @@ class BlockInterpreter(Interpreter):
             return
         tokens = tokens_of(node.text, self.words)
         word = self.word(tokens[0])
-        if node.branches and word in self.BLOCKS:
-            self.BLOCKS[word](self, node, tokens)
+        if node.branches and word.upper() in self.BLOCKS:
+            self.BLOCKS[word.upper()](self, node, tokens)
         elif word.upper() == "RETURN":
             raise LeaveError(self.value(tokens[1:]) if len(tokens) > 1 else None)
         elif word.upper() == self.BREAK:
@@ -266,3 +290,8 @@ class BlockInterpreter(Interpreter):
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
         """Run a line that is no block; `word` is its first."""
         raise NotImplementedError
+
+
+def _bare(tokens: list[str]) -> list[str]:
+    """Return the tokens of a condition without the word that ends the head of its block."""
+    return tokens[:-1] if tokens and tokens[-1].upper() in {"THEN", "DO", ":"} else tokens

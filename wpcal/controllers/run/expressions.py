@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
@@ -86,6 +86,15 @@ def tokens_of(text: str, grammar: Syntax) -> list[str]:
     return found
 
 
+def outside(tokens: Sequence[str], ends: Collection[str], at: int = 0) -> int:
+    """Return where the first of `ends` is that is in no brackets, from `at` on; the number of tokens without one."""
+    depth = 0
+    while at < len(tokens) and (depth or tokens[at].upper() not in ends):
+        depth += (tokens[at] in {"(", "[", "{"}) - (tokens[at] in {")", "]", "}"})
+        at += 1
+    return at
+
+
 class Parser:
     """Reads one expression from tokens, and evaluates it at once."""
 
@@ -142,17 +151,25 @@ class Parser:
         try:
             return function(*values)
         except (TypeError, ValueError, AttributeError, ArithmeticError) as error:
-            raise ProgramError(f"{' '.join(self.tokens)[:80]!r} has no value: {error}") from None
+            why = str(error).rpartition("() ")[2]  # without the name of the function here
+            raise ProgramError(f"{' '.join(self.tokens)[:80]!r} has no value: {why}") from None
 
     def values(self, closing: str) -> list[Any]:
-        """Return values between commas, and take what closes them."""
-        found: list[Any] = []
+        """Return values between commas, and take what closes them; those with names are one dict at the end."""
+        found, named = list[Any](), dict[str, Any]()
         while self.peek() != closing:
-            if found:
+            if found or named:
                 self.take(",")
-            found.append(self.value())
+            if (name := self.named()) is None:
+                found.append(self.value())
+            else:
+                named[name] = self.value()
         self.take(closing)
-        return found
+        return [*found, named] if named else found
+
+    def named(self) -> str | None:
+        """Take the name of an argument, in a language that has them; None where the next has none."""
+        return None
 
     def primary(self) -> Any:
         """Return a literal, a list, a name, a call, or what is in brackets."""

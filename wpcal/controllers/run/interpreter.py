@@ -27,6 +27,7 @@ class Interpreter:
     """
 
     grammar: Grammar
+    SIGNAL = ""  #: Pattern of a search with the `name` of its input; a group `off` matches where contact turns it off.
     #: Patterns of instructions, and of heads of blocks, of languages of lines, with what runs them.
     _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = ()
     _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = ()
@@ -66,7 +67,8 @@ class Interpreter:
 
     def signals_of(self, text: str) -> dict[str, bool]:
         """Return the inputs for which the searches of a text wait, and their levels."""
-        return {}
+        found = re.finditer(self.SIGNAL, text) if self.SIGNAL else ()
+        return {match["name"]: match["off"] is None for match in found}
 
     def routine(self, name: str) -> None:
         """Run a routine to its end."""
@@ -191,10 +193,12 @@ class LineInterpreter(Interpreter):
     """Runs languages of numbered lines, in which blocks are found by their ends: IF … ELSE … ENDIF, FOR … NEXT."""
 
     LONGEST_MESSAGE: int
+    REMARKS: Mapping[str, float]  #: What begins a remark, and how many characters it may have.
     BLOCK: tuple[str, str, str]  #: Patterns of IF, ELSE and ENDIF.
+    FOR: tuple[str, str]  #: Patterns of the head of a loop that counts, and of its end.
     jobs: dict[str, Any]  #: Programs by name, with their `file` and their `lines`: numbers and texts.
     job: Any = None  #: The one that runs.
-    loops: list[Any]
+    loops: list[tuple[int, str, Any, Any]]  #: Lines of the heads, what counts, the last value and the step.
 
     def bodies(self) -> Mapping[str, str]:
         """Return the programs."""
@@ -218,6 +222,24 @@ class LineInterpreter(Interpreter):
 
     def execute(self, line: str, at: int) -> int | None:
         """Run one line; return the line to go to, -1 at the end, or None for the next."""
+        for mark, longest in self.REMARKS.items():
+            if line.startswith(mark):
+                if len(line) > 1 + longest:
+                    raise ProgramError(f"a remark has at most {longest} characters: {line!r}")
+                self.remark(line[1:])
+                return None
+        return self.instruction(line, at)
+
+    def instruction(self, line: str, at: int) -> int | None:
+        """Run one line that is no remark."""
+        raise NotImplementedError
+
+    def number(self, name: str) -> Any:
+        """Return the value of a variable."""
+        raise NotImplementedError
+
+    def set(self, name: str, value: Any) -> None:
+        """Give a variable a value."""
         raise NotImplementedError
 
     def holds(self, condition: str) -> bool:
@@ -236,6 +258,26 @@ class LineInterpreter(Interpreter):
         """Go to the end of a block whose first part has run."""
         opens, _, end = self.BLOCK
         return self.end_of(at, opens, end)
+
+    def count_from(self, at: int, name: str, first: Any, last: Any, step: int = 1) -> int | None:
+        """Begin a loop with a variable that counts, or pass it."""
+        end = self.end_of(at, *self.FOR)
+        self.set(name, first)
+        if (last - first) * step < 0:
+            return end + 1
+        self.loops.append((at, name, last, step))
+        return None
+
+    def count_on(self, _at: int) -> int | None:
+        """Go back to the head of a loop until its variable has counted to the end."""
+        if not self.loops:
+            raise ProgramError("the end of a loop without FOR")
+        begin, name, last, step = self.loops[-1]
+        if (last - self.number(name)) * step <= 0:
+            self.loops.pop()
+            return None
+        self.set(name, self.number(name) + step)
+        return begin + 1
 
     def message(self, text: str) -> None:
         """Show a message."""

@@ -99,6 +99,13 @@ def rigid(R: FloatArray, translation: Any) -> Matrix:
     return T
 
 
+def moved(T: Matrix, d: Any, in_tool: bool) -> Matrix:
+    """Return a pose, displaced along the axes of the base or its own."""
+    T = T.copy()
+    T[:3, 3] += T[:3, :3] @ d if in_tool else d
+    return T
+
+
 def about(axes: str, degrees: Sequence[float]) -> FloatArray:
     """Return turns about the named axes, each of which the turns before it carry along, shape (3, 3)."""
     R = np.eye(3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -27,21 +28,21 @@ def read_val3(text: str, path: str) -> ProgramPoints:
     except (LookupError, ValueError):
         raise FormatError("is not XML: its encoding is not known", path=path) from None
     data = {e.get("name", ""): e for e in database.iter() if e.tag.rpartition("}")[2] == "Data"}
-    frames, points = {}, []
-    for is_frame in (True, False):
-        for name, element in data.items():
-            kind = (element.get("type") or "").lower()
-            if not (kind == "frame" if is_frame else kind.startswith("point")):
-                continue
-            for number, value in enumerate(element):
-                label, father, T = f"{name}[{number}]", value.get("fatherId") or "", _pose(value, path)
-                if is_frame:
-                    frames[label] = T
-                    continue
-                if father not in frames and not father.startswith(WORLD):
-                    raise FormatError(f"point {label}: the frame {father or 'unknown'} is not in the file", path=path)
-                points.append(ProgramPoint(label, NO_LINE, T.t_mm, T.R, father if father in frames else BASE))
-    return ProgramPoints(tuple(points), frames)
+    values = [
+        (f"{name}[{number}]", (element.get("type") or "").lower(), value)
+        for name, element in data.items()
+        for number, value in enumerate(element)
+    ]
+    frames = {label: _pose(value, path) for label, kind, value in values if kind == "frame"}
+    found = (_point(label, value, frames, path) for label, kind, value in values if kind.startswith("point"))
+    return ProgramPoints(tuple(found), frames)
+
+
+def _point(label: str, value: ET.Element, frames: Mapping[str, RigidTransform], path: str) -> ProgramPoint:
+    father, T = value.get("fatherId") or "", _pose(value, path)
+    if father not in frames and not father.startswith(WORLD):
+        raise FormatError(f"point {label}: the frame {father or 'unknown'} is not in the file", path=path)
+    return ProgramPoint(label, NO_LINE, T.t_mm, T.R, father if father in frames else BASE)
 
 
 def _pose(element: ET.Element, path: str) -> RigidTransform:

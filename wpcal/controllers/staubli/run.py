@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.language.grammar import ENCODING, Does
-from wpcal.controllers.run.blocks import BlockInterpreter, Node, Steps, tree
-from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Syntax, without_comment
+from wpcal.controllers.run.blocks import BlockInterpreter, Node, Steps, rows_of, tree
+from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Syntax
 from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError
 from wpcal.controllers.staubli.grammar import GRAMMAR
@@ -41,7 +41,7 @@ WORDS = Syntax(
     index=("[", "]"),
     is_upper=False,
 )
-HEADS = {"if", "while", "for", "do", "switch"}
+BLOCK = r"(?:if|while|for|do|switch)\b"
 
 
 @dataclass(frozen=True)
@@ -83,15 +83,9 @@ class Interpreter(BlockInterpreter):
     """Runs the programs of an application."""
 
     grammar, words, COMMENT = GRAMMAR, WORDS, "//"
-    BLOCKS: Mapping[str, Callable[..., None]] = {
-        "if": BlockInterpreter.choose,
-        "for": BlockInterpreter.count,
-        "while": lambda self, node, tokens: self.loop(node, lambda: self.value(tokens[1:])),
-        "do": BlockInterpreter.until,
-    }
+    ARCS: Mapping[str, Does] = {"arcStart": Does.ON, "arcEnd": Does.OFF}
 
     def load(self, file: str, text: str) -> None:
-        """Read a database or a program; a project only lists them."""
         kind = file.lower().rpartition(".")[2]
         if kind not in {"dtx", "pgx"}:
             return
@@ -121,14 +115,8 @@ class Interpreter(BlockInterpreter):
         names = [e.get("name") or "" for e in element.iter() if e.tag.rpartition("}")[2] == "Parameter"]
         at = text.find(f'name="{name}"')
         first = text.count("\n", 0, max(text.find("<Code>", max(at, 0)), 0)) + 1
-        rows = []
-        for number, row in enumerate(code.splitlines(), first):
-            bare, remark = without_comment(row, "//")
-            if (bare := bare.strip()) not in {"begin", "end", ""} or remark:
-                rows.append((number, bare if bare not in {"begin", "end", ""} else f"//{remark}"))
-        ends = "ENDIF ENDWHILE ENDFOR UNTIL ENDSWITCH"
-        begins = lambda row: re.split(r"\W", row, maxsplit=1)[0] in HEADS  # noqa: E731
-        body = tree(rows, file, begins=begins, turns="ELSE ELSEIF", ends=ends)
+        rows = [(number, row) for number, row in rows_of(code, "//", first=first) if row not in {"begin", "end"}]
+        body = tree(rows, file, begins=BLOCK, turns="ELSE ELSEIF", ends="ENDIF ENDWHILE ENDFOR UNTIL ENDSWITCH")
         self.routines[self.declare(name, file, self.routines)] = Steps(file, names, body, first)
 
     # -- values ----------------------------------------------------------------------------------------------------
@@ -140,7 +128,6 @@ class Interpreter(BlockInterpreter):
         return super().name(name)
 
     def value(self, text: str | list[str]) -> Any:
-        """Return the value of an expression."""
         return _first(super().value(text))
 
     def part(self, value: Any, name: str) -> Any:
@@ -151,7 +138,6 @@ class Interpreter(BlockInterpreter):
         raise ProgramError(f"not followed: .{name}")
 
     def call(self, name: str, arguments: list[Any]) -> Any:
-        """Return the value of a function."""
         return super().call(name, [_first(one) for one in arguments])
 
     def _T(self, point: Any) -> FloatArray:
@@ -171,37 +157,37 @@ class Interpreter(BlockInterpreter):
         self.frame = name
         return self._T_father(frame.father, depth + 1) @ frame.place()
 
-    def fn_appro(self, point: Any, trsf: Any) -> _Element:
-        """Displace a point along its own axes."""
-        return _element_of(point.place() @ _trsf(trsf), point)
-
-    def fn_compose(self, point: Any, frame: Any, trsf: Any) -> _Element:
+    def _compose(self, point: Any, frame: Any, trsf: Any) -> _Element:
         """Displace a point along the axes of a frame."""
         T_frame = self._T_father(frame.father) @ frame.place()
         T_father = self._T_father(point.father)
         T = np.linalg.inv(T_father) @ T_frame @ _trsf(trsf) @ np.linalg.inv(T_frame) @ self._T(point)
         return _element_of(T, point)
 
+    FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+        "appro": lambda _, point, trsf: _element_of(point.place() @ _trsf(trsf), point),  # along its own axes
+        "compose": _compose,
+    }
+
     # -- running ---------------------------------------------------------------------------------------------------
 
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
-        """Run one line."""
         if word == "call":
-            self._call(tokens[1:])
-        elif tokens[1:2] == ["("] and (function := getattr(self, f"_do_{word.lower()}", None)):
-            values = [_first(one) for one in self.parser(tokens[2:]).values(")")]
-            function(*self._taken(function, values))
+            self.routine(tokens[1], self._values(tokens[3:]))
+        elif tokens[1:2] == ["("] and word.lower() in self.INSTRUCTIONS:
+            count, function = self.INSTRUCTIONS[word.lower()]
+            values = self._values(tokens[2:])
+            if len(values) != count and count is not None:
+                raise ProgramError(f"a move of {len(values)} values")
+            function(self, *values)
         elif "=" in tokens:
             at = tokens.index("=")
             self._assign(tokens[:at], self.value(tokens[at + 1 :]))
         else:
             self.unknown(node.text)
 
-    def _taken(self, function: Any, values: list[Any]) -> list[Any]:
-        wanted = 4 if function == self._do_movec else 3
-        if function in {self._do_movec, self._do_movel, self._do_movej} and len(values) != wanted:
-            raise ProgramError(f"a move of {len(values)} values")
-        return values
+    def _values(self, tokens: list[str]) -> list[Any]:
+        return [_first(one) for one in self.parser(tokens).values(")")]
 
     def _assign(self, left: list[str], value: Any) -> None:
         if left == ["doArc"]:
@@ -218,13 +204,6 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"not followed: {''.join(left)}")
         kept[at] = _changed(kept.get(at), rest, value)
 
-    def _call(self, tokens: list[str]) -> None:
-        arguments = [_first(one) for one in self.parser(tokens[2:]).values(")")]
-        if tokens[0] in {"arcStart", "arcEnd"} and tokens[0] not in self.routines:
-            self.machine.switch(Does.ON if tokens[0] == "arcStart" else Does.OFF)
-        else:
-            self.routine(tokens[0], arguments)
-
     # -- moves -----------------------------------------------------------------------------------------------------
 
     def _travel(self, kind: str, goal: Any, tool: Any, motion: Any, via: Any = None) -> None:
@@ -233,26 +212,24 @@ class Interpreter(BlockInterpreter):
         T_via = None if via is None else self._T(via)
         self.go(kind, self._T(goal), via=T_via, speed_mm_s=speed, zone_mm=_zone_mm(motion))
 
-    def _do_movej(self, goal: Any, tool: Any, motion: Any) -> None:
+    def _movej(self, goal: Any, tool: Any, motion: Any) -> None:
         if isinstance(goal, _Element) and set(JOINTS) <= set(goal.values):
             self.blend(_zone_mm(motion))
             self.machine.joint_move(np.array([goal.values[key] for key in JOINTS]))
         else:
             self._travel("J", goal, tool, motion)
 
-    def _do_movel(self, goal: Any, tool: Any, motion: Any) -> None:
-        self._travel("L", goal, tool, motion)
-
-    def _do_movec(self, via: Any, goal: Any, tool: Any, motion: Any) -> None:
+    def _movec(self, via: Any, goal: Any, tool: Any, motion: Any) -> None:
         self._travel("C", goal, tool, motion, via)
 
-    def _do_nothing(self, *_: Any) -> None:
-        """Pass what moves nothing."""
-
-    def _do_waitendmove(self) -> None:
-        self.machine.stand()
-
-    _do_delay = _do_putln = _do_put = _do_logmsg = _do_resetmotion = _do_nothing
+    #: By their words, lower case: how many values they take, if that is known, and what they do.
+    INSTRUCTIONS: Mapping[str, tuple[int | None, Callable[..., None]]] = {
+        "movej": (3, _movej),
+        "movel": (3, lambda self, *how: self._travel("L", *how)),
+        "movec": (4, _movec),
+        "waitendmove": (0, lambda self: self.machine.stand()),
+        **dict.fromkeys(("delay", "putln", "put", "logmsg", "resetmotion"), (None, lambda *_: None)),
+    }
 
 
 def _zone_mm(motion: Any) -> float | None:

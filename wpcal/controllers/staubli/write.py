@@ -101,6 +101,9 @@ def _coordinates(p: FloatArray, R: FloatArray) -> list[str]:
     return [_keyed(("x", "y", "z", "rx", "ry", "rz"), [*at, *turn]) for at, turn in rows]
 
 
+Datum = tuple[str, str, tuple[str, ...]]  #: Name, type and values.
+
+
 class _Val3(WeldWriter):
     format, names, longest_comment, zone_mm = "val3", NAMES, LONGEST_COMMENT, BLEND_MM
     calls_seams = False
@@ -121,36 +124,35 @@ class _Val3(WeldWriter):
             "stop.pgx": _filled("program", name="stop", code=["  resetMotion()"]),
         }
 
-    def _data(self) -> list[tuple[str, str, tuple[str, ...]]]:
+    def _data(self) -> list[Datum]:
         """Return name, type and values of the data."""
-        program, planned, T = self.program, self.planned, self.T_base_frame
+        program, T = self.program, self.T_base_frame
         frame = f'{_coordinates(T.t_mm[None], T.R[None])[0]} fatherId="world[0]"'
-        zones = list[tuple[str, str, tuple[str, ...]]]()
-        joint = _motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)
-        if planned is not None:
-            percent = round(planned.joint_percent)
-            joint = _motion(PLANNED_MM_S, "off", percent=percent)
-            for mm in planned.zones_mm:
-                zones.append((_zone(mm), "mdesc", (_motion(PLANNED_MM_S, "joint", percent=percent, zone_mm=mm),)))
-        data: list[tuple[str, str, tuple[str, ...]]] = [
+        data: list[Datum] = [
             ("fPart", "frame", (frame,)),
             ("mAir", "mdesc", (_motion(program.motion.air_speed_mm_s, "off"),)),
-            ("mJoint", "mdesc", (joint,)),
+            ("mJoint", "mdesc", (self._joint_motion("off"),)),
             ("mWeld", "mdesc", (_motion(program.motion.speed_mm_s, "cartesian"),)),
         ]
-        data += zones
+        zones = () if self.planned is None else self.planned.zones_mm
+        data += [(_zone(mm), "mdesc", (self._joint_motion("joint", mm),)) for mm in zones]
         own = [path for path in program.paths if path.run is not None]  # with a speed of their own
         data += [(self._motion(path), "mdesc", (_motion(program.weld_speed_mm_s(path), "cartesian"),)) for path in own]
         if any(path.moves is None for path in program.paths):
             data.append(("nPoint", "num", ()))  # of a loop over all points of a seam
-        if planned is not None:
-            rows = texts(np.degrees(np.concatenate([moves.joints for moves in planned.air])), DEG_DECIMALS)
+        if self.planned is not None:
+            rows = texts(np.degrees(np.concatenate([moves.joints for moves in self.planned.air])), DEG_DECIMALS)
             data.append((JOINTS, "jointRx", tuple(_keyed([f"j{n}" for n in range(1, 7)], row) for row in rows)))
         for poses in program.groups:
             name = SAFE_POINT if isinstance(poses, SafePoint) else self.stems[poses.seam.name]
             points = [f"{value} {SAME}" for value in _coordinates(*poses.poses_in(T))]
             data.append((name, "pointRx", tuple(points[self._skipped(poses) :])))
         return data
+
+    def _joint_motion(self, blend: str, zone_mm: float = BLEND_MM) -> str:
+        if self.planned is None:
+            return _motion(self.program.motion.air_speed_mm_s, blend, percent=JOINT_PERCENT)
+        return _motion(PLANNED_MM_S, blend, percent=round(self.planned.joint_percent), zone_mm=zone_mm)
 
     def _skipped(self, poses: WeldPath | SafePoint) -> int:
         """Return how many poses are no points: a plan goes to joints before a seam."""

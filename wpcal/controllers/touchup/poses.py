@@ -12,11 +12,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from wpcal.calibrate.solve.least_squares import kabsch
-from wpcal.controllers.judge.execute import execute, programs_of, text_at
+from wpcal.controllers.judge.execute import execute, interpreted, programs_of, text_at
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.registry import controller_of_program
 from wpcal.controllers.run.machine import Place, rigid
-from wpcal.controllers.run.trace import Trace
+from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes
@@ -73,7 +72,7 @@ def read_program(path: Path, *, like: ProgramText | None = None) -> ProgramText:
     """
     found = _files_at(path, like)
     files = {name: data for name, data in found.items() if name in programs_of(found)}
-    languages = {c.name for name in files if (c := controller_of_program(Path(name))) is not None}
+    languages = {c.name for name in files if (c := interpreted(name)) is not None}
     if len(languages) != 1:
         what = "no program in a language that wpcal executes" if not languages else "programs in more than one language"
         raise InputError(f"{path}: {what}; give the folder or the file of one program")
@@ -93,11 +92,13 @@ def _files_at(path: Path, like: ProgramText | None) -> dict[str, bytes]:
     suffixes = {Path(name).suffix for name in names}
     if not path.exists():
         raise InputError(f"{path}: no such file or folder; expected the program as it came back from the robot")
-    folder = path if path.is_dir() else path.parent
-    files = [each for each in sorted(folder.iterdir()) if each.is_file()]
-    if path.is_file():
-        files = [each for each in files if each == path or each.name.lower() in names]
-    return {each.name: read_bytes(each) for each in files if not suffixes or each.suffix.lower() in suffixes}
+    is_folder = path.is_dir()
+    return {
+        each.name: read_bytes(each)
+        for each in sorted((path if is_folder else path.parent).iterdir())
+        if each.is_file() and (is_folder or each == path or each.name.lower() in names)
+        if not suffixes or each.suffix.lower() in suffixes
+    }
 
 
 def _poses(trace: Trace, files: Mapping[str, bytes]) -> Iterator[ProgramPose]:
@@ -114,10 +115,7 @@ def _poses(trace: Trace, files: Mapping[str, bytes]) -> Iterator[ProgramPose]:
             is_lit = is_dry or (motion.arc_on and motion.place.line != lit)
             if seam and found and not found[-1].seam and is_lit:
                 found[-1] = replace(found[-1], seam=seam)
-            text = NUMBERED.sub("", text_at(motion.place, files)).strip()
-            for T, is_via in ((motion.via, True), (motion.goal, False)):
-                if T is not None:
-                    found.append(ProgramPose(motion.place, text, T, seam, is_via))
+            found += _poses_of(motion, seam, files)
         elif event.does is Does.ON:
             lit = event.place.line
         elif event.does in (Does.START, Does.DRY) and not seam:
@@ -126,6 +124,12 @@ def _poses(trace: Trace, files: Mapping[str, bytes]) -> Iterator[ProgramPose]:
         elif event.does in (Does.END, Does.DRY, Does.STOP):
             seam = 0
     yield from found
+
+
+def _poses_of(motion: Motion, seam: int, files: Mapping[str, bytes]) -> list[ProgramPose]:
+    text = NUMBERED.sub("", text_at(motion.place, files)).strip()
+    ends = ((motion.via, True), (motion.goal, False))
+    return [ProgramPose(motion.place, text, T, seam, is_via) for T, is_via in ends if T is not None]
 
 
 def seams_beside(poses: Sequence[ProgramPose]) -> list[int]:

@@ -269,7 +269,8 @@ class TouchUp:
         """
         shifts, origin = np.zeros((len(self._new), 3)), self._new[:, :3, 3].copy()
         beside, smoothed = seams_beside(self.changed.poses), self._smoothed()
-        rows = [row for row, seam in enumerate(beside) if row in smoothed or (seam and row not in self.by_hand)]
+        moved_along = {row for row, seam in enumerate(beside) if seam and row not in self.by_hand}
+        rows = sorted(moved_along.union(smoothed))
         if self.explanation is None or not rows:
             return shifts
         for row, at in smoothed.items():

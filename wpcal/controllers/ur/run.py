@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.blocks import BlockInterpreter, LeaveError, Node, Steps, text_of, tree
-from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Parser, Syntax, without_comment
+from wpcal.controllers.run.blocks import BlockInterpreter, LeaveError, Node, Steps, rows_of, text_of, tree
+from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Parser, Syntax
 from wpcal.controllers.run.machine import rigid
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.controllers.ur.grammar import GRAMMAR
@@ -41,7 +41,7 @@ WORDS = Syntax(
 )
 HARMLESS = ("sync", "sleep", "set_payload", "socket_open", "socket_close", "socket_send_line", "set_gravity")
 """Functions that move nothing and whose arguments do not matter."""
-HEADS = {"def", "thread", "while", "if", "sec"}
+BLOCK = r"(?:def|thread|while|if|sec)(?![^\s(]).*:$"
 
 
 class _Pose(list[Any]):
@@ -72,21 +72,12 @@ def _shown(value: Any) -> str:
 class UrParser(Parser):
     """Knows poses and named arguments."""
 
-    def values(self, closing: str) -> list[Any]:
-        """Return values between commas; those with names are one dict at the end."""
-        found: list[Any] = []
-        named: dict[str, Any] = {}
-        while self.peek() != closing:
-            if found or named:
-                self.take(",")
-            if self.tokens[self.at + 1 : self.at + 2] == ["="]:
-                name = self.take()
-                self.take("=")
-                named[name] = self.value()
-            else:
-                found.append(self.value())
-        self.take(closing)
-        return [*found, named] if named else found
+    def named(self) -> str | None:
+        """Take the name of an argument."""
+        if self.tokens[self.at + 1 : self.at + 2] != ["="]:
+            return None
+        name, _ = self.take(), self.take("=")
+        return name
 
     def primary(self) -> Any:
         """Return a pose, or what all languages have."""
@@ -111,8 +102,8 @@ class ContactError(Exception):
 class Interpreter(BlockInterpreter):
     """Runs a script."""
 
-    grammar, words, COMMENT = GRAMMAR, WORDS, "#"
-    BLOCKS: Mapping[str, Callable[..., None]] = {"if": BlockInterpreter.choose, "while": BlockInterpreter.loop_while}
+    grammar, words, COMMENT, PARSER = GRAMMAR, WORDS, "#", UrParser
+    ARCS: Mapping[str, Does] = {"arc_start": Does.ON, "arc_end": Does.OFF}
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.outside: list[tuple[str, Node]] = []
@@ -124,11 +115,7 @@ class Interpreter(BlockInterpreter):
         self.tool = next(iter(self.tools), "")
 
     def load(self, file: str, text: str) -> None:
-        """Read a script."""
-        lines = [(number, without_comment(row, "#")) for number, row in enumerate(text.splitlines(), 1)]
-        rows = [(number, bare.strip() or f"#{remark}") for number, (bare, remark) in lines if bare.strip() or remark]
-        begins = lambda row: next(iter(row.split("(")[0].split()), "") in HEADS and row.endswith(":")  # noqa: E731
-        for node in tree(rows, file, begins=begins, turns="ELIF ELSE", ends="END"):
+        for node in tree(rows_of(text, "#"), file, begins=BLOCK, turns="ELIF ELSE", ends="END"):
             if node.branches and node.text.split()[0] in {"def", "thread", "sec"}:
                 self._define(file, node)
             else:
@@ -143,7 +130,6 @@ class Interpreter(BlockInterpreter):
         known[found[2]] = Steps(file, names, node.branches[0][1], node.line)
 
     def signals_of(self, text: str) -> dict[str, bool]:
-        """Return the inputs that a script with a search looks at."""
         found = re.findall(r"get_standard_digital_in\((\d{1,3}+)\) == (True|False)", text)
         return {number: level == "True" for number, level in found} if self.threads or "thread" in text else {}
 
@@ -165,27 +151,10 @@ class Interpreter(BlockInterpreter):
             self.block([node])
         return None
 
-    def parser(self, tokens: list[str]) -> Parser:
-        """Return what reads poses, too."""
-        return UrParser(tokens, WORDS, self)
-
     def call(self, name: str, arguments: list[Any]) -> Any:
-        """Return what a function returns."""
-        if name in {"arc_start", "arc_end"} and name not in self.routines:
-            self.machine.switch(Does.ON if name == "arc_start" else Does.OFF)
-            return None
-        if name in HARMLESS:
-            return True
-        if name in self.routines:
-            return self.routine(name, arguments)
-        named = arguments.pop() if arguments and isinstance(arguments[-1], dict) else {}
-        function = getattr(self, f"fn_{name}", None)
-        if function is None:
-            raise ProgramError(f"not followed: {name}(…)")
-        return function(*arguments, **named)
+        return True if name in HARMLESS else super().call(name, arguments)
 
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
-        """Run one line."""
         if word in {"def", "thread"}:
             self._define(self.file, node)
         elif word == "halt":
@@ -210,9 +179,12 @@ class Interpreter(BlockInterpreter):
         if tokens[1] == "[":
             self._set_element(name, self.value(tokens[2 : equals - 1]), value)
             return
+        self._scope(word, name)[name] = type(value)(value) if isinstance(value, list) else value  # a list is copied
+
+    def _scope(self, word: str, name: str) -> dict[str, Any]:
+        """Return the variables among which a name is, or becomes, one."""
         is_outer = name not in self.locals[-1] and (name in self.values or len(self.locals) <= 2)
-        scope = self.values if word == "global" or (not word and is_outer) else self.locals[-1]
-        scope[name] = type(value)(value) if isinstance(value, list) else value  # a list is copied
+        return self.values if word == "global" or (not word and is_outer) else self.locals[-1]
 
     def _set_element(self, name: str, at: Any, value: Any) -> None:
         kept = self.name(name)
@@ -257,7 +229,7 @@ class Interpreter(BlockInterpreter):
         if self.hit is not None:
             raise ProgramError("a motion before the one in contact was stopped")
 
-    def fn_movel(self, goal: Any, a: float = 1.2, v: float = 0.25, t: float = 0.0, r: float = 0.0) -> None:
+    def _movel(self, goal: Any, a: float = 1.2, v: float = 0.25, t: float = 0.0, r: float = 0.0) -> None:
         """Move on a line; a line of a thread is a search."""
         del a
         self._stands()
@@ -276,18 +248,14 @@ class Interpreter(BlockInterpreter):
             raise ProgramError("a line to joint angles")
         return _matrix(goal)
 
-    fn_movep = fn_movel
-
-    def fn_movec(self, via: Any, to: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0, mode: int = 0) -> None:
-        """Move on an arc."""
+    def _movec(self, via: Any, to: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0, mode: int = 0) -> None:
         del a
         self._stands()
         if mode or self.in_thread:
             raise ProgramError("movec with mode 1 or in a thread")
         self.go("C", self._line_to(to), via=self._line_to(via), speed_mm_s=MM_PER_M * v, zone_mm=_zone_mm(r))
 
-    def fn_movej(self, goal: Any, a: float = 1.4, v: float = 1.05, t: float = 0.0, r: float = 0.0) -> None:
-        """Move by the joints."""
+    def _movej(self, goal: Any, a: float = 1.4, v: float = 1.05, t: float = 0.0, r: float = 0.0) -> None:
         del a, v, t
         self._stands()
         if self.in_thread:
@@ -300,90 +268,73 @@ class Interpreter(BlockInterpreter):
         else:
             raise ProgramError("movej to neither a pose nor six joints")
 
-    def fn_stopl(self, a: float = 1.2, a_turn: float = 1.2) -> None:
-        """Stop: the robot stands."""
+    def _stop(self, a: float = 1.2, a_turn: float = 1.2) -> None:
         del a, a_turn
         self.hit = None
 
-    fn_stopj = fn_stopl
-
     # -- functions -------------------------------------------------------------------------------------------------
 
-    def fn_is_steady(self) -> bool:
-        """Tell whether the robot stands."""
-        return self.hit is None
-
-    def fn_get_actual_tcp_pose(self) -> _Pose:
+    def _pose(self) -> _Pose:
         """Return where the tool is, at contact where it is in contact."""
         return _pose_of(self.machine.reading(self.T_tool()) if self.hit is None else self.hit)
 
-    def fn_get_standard_digital_in(self, number: int) -> bool:
-        """Return an input."""
+    def _digital_in(self, number: int) -> bool:
         name = str(number)
         return self.signals[name] if self.hit is not None and name in self.signals else self.is_on(name)
 
-    fn_get_digital_in = fn_get_standard_digital_in
-
-    def fn_set_standard_digital_out(self, number: int, value: bool) -> None:
-        """Set an output."""
+    def _digital_out(self, number: int, value: bool) -> None:
         self.output("DO", number, on=value)
 
-    fn_set_digital_out = fn_set_standard_digital_out
-
-    def fn_set_tcp(self, pose: Any) -> None:
-        """Set the tool."""
+    def _set_tcp(self, pose: Any) -> None:
         self.tool = "set_tcp"
         self.tools[self.tool] = _matrix(pose)
 
-    def fn_get_tcp_offset(self) -> _Pose:
-        """Return the tool."""
-        return _pose_of(self.T_tool())
-
-    def fn_pose_trans(self, a: Any, b: Any) -> _Pose:
-        """Compose two poses."""
-        return _pose_of(_matrix(a) @ _matrix(b))
-
-    def fn_pose_add(self, a: Any, b: Any) -> _Pose:
+    def _pose_add(self, a: Any, b: Any) -> _Pose:
         """Add places, and compose turns."""
         A, B = _matrix(a), _matrix(b)
         T = A @ B
         T[:3, 3] = A[:3, 3] + B[:3, 3]
         return _pose_of(T)
 
-    def fn_pose_inv(self, a: Any) -> _Pose:
-        """Invert a pose."""
-        return _pose_of(inverse_pose(_matrix(a)))
-
-    def fn_d2r(self, degrees: float) -> float:
-        """Return rad."""
-        return float(np.radians(degrees))
-
-    def fn_norm(self, value: Any) -> float:
-        """Return the length of a list."""
-        return float(np.linalg.norm(value))
-
-    def fn_textmsg(self, first: Any, second: Any = "") -> None:
+    def _textmsg(self, first: Any, second: Any = "") -> None:
         """Write a line of the log."""
         text = _shown(first) + _shown(second)
         self.run.messages.append(text)
         self.log.append(text)
 
-    def fn_to_str(self, value: Any) -> str:
-        """Return a value as text."""
-        return _shown(value)
-
-    def fn_str_cat(self, first: Any, second: Any) -> str:
-        """Return two texts as one."""
-        return _shown(first) + _shown(second)
-
-    def fn_popup(
+    def _popup(
         self, text: str, title: str = "", warning: Any = False, error: Any = False, blocking: Any = False
     ) -> None:
-        """Show a message."""
         del title, warning, error
         self.run.messages.append(text)
         if blocking:
             self.stop(text)
+
+    FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+        "movel": _movel,
+        "movep": _movel,
+        "movec": _movec,
+        "movej": _movej,
+        "stopl": _stop,
+        "stopj": _stop,
+        "is_steady": lambda self: self.hit is None,
+        "get_actual_tcp_pose": _pose,
+        "get_standard_digital_in": _digital_in,
+        "get_digital_in": _digital_in,
+        "set_standard_digital_out": _digital_out,
+        "set_digital_out": _digital_out,
+        "set_tcp": _set_tcp,
+        "get_tcp_offset": lambda self: _pose_of(self.T_tool()),
+        "pose_trans": lambda _, a, b: _pose_of(_matrix(a) @ _matrix(b)),
+        "pose_add": _pose_add,
+        "pose_inv": lambda _, a: _pose_of(inverse_pose(_matrix(a))),
+        "d2r": lambda _, degrees: float(np.radians(degrees)),
+        "norm": lambda _, value: float(np.linalg.norm(value)),
+        "textmsg": _textmsg,
+        "to_str": lambda _, value: _shown(value),
+        "str_cat": lambda _, first, second: _shown(first) + _shown(second),
+        "popup": _popup,
+    }
 
 
 def _zone_mm(r: float) -> float | None:

@@ -21,6 +21,7 @@ import numpy as np
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.expressions import COMPARE
 from wpcal.controllers.run.interpreter import LineInterpreter, matrix_of, numbers_of, stated_frame
+from wpcal.controllers.run.machine import moved
 from wpcal.controllers.run.program import ProgramError
 from wpcal.controllers.yaskawa.grammar import GRAMMAR
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, LANGUAGE, LONGEST_COMMENT, MM_DECIMALS
@@ -58,18 +59,23 @@ class _Job:
     def __init__(self, file: str, text: str) -> None:
         self.file = file
         rows = text.splitlines()
-        at = next((number for number, row in enumerate(rows) if row.startswith("//INST")), None)
-        name = rows[1][7:].strip() if rows[1:] and rows[1].startswith("//NAME ") else ""
-        if at is None or rows[0].strip() != "/JOB" or not re.fullmatch(r"[A-Z0-9_-]{1,32}", name):
+        begin = next((number for number, row in enumerate(rows) if row.startswith("//INST")), 0)
+        name = re.fullmatch(r"//NAME \s*([A-Z0-9_-]{1,32})\s*", "".join(rows[1:2]))
+        if not begin or rows[0].strip() != "/JOB" or name is None:
             raise ProgramError("a job has /JOB, //NAME with a name, and //INST", path=file)
-        self.name, self.points = name, dict[str, _Point]()
-        self._header(rows[2:at])
-        self.lines = [(n, row.strip()) for n, row in enumerate(rows[at + 1 :], at + 2) if not row.startswith("///")]
-        if not self.lines or self.lines[0][1] != "NOP" or "END" not in (row for _, row in self.lines):
-            raise ProgramError("a job begins with NOP and ends with END", path=file)
-        self.labels = {row.split()[0][1:]: i for i, (_, row) in enumerate(self.lines) if row.startswith("*")}
+        self.name, self.points = name[1], dict[str, _Point]()
+        self._header(rows[2:begin])
+        numbered = enumerate(rows[begin + 1 :], begin + 2)
+        self.lines = [(number, row.strip()) for number, row in numbered if not row.startswith("///")]
+        self._require_sound()
+
+    def _require_sound(self) -> None:
+        texts = [row for _, row in self.lines]
+        if texts[:1] != ["NOP"] or "END" not in texts:
+            raise ProgramError("a job begins with NOP and ends with END", path=self.file)
+        self.labels = {row.split()[0][1:]: at for at, row in enumerate(texts) if row.startswith("*")}
         if any(len(label) > LABEL_LENGTH for label in self.labels):
-            raise ProgramError(f"a label has more than {LABEL_LENGTH} characters", path=file)
+            raise ProgramError(f"a label has more than {LABEL_LENGTH} characters", path=self.file)
 
     def _header(self, rows: list[str]) -> None:
         given = {"USER": "", "TOOL": "0", "POSTYPE": "", "NPOS": ""}
@@ -99,9 +105,12 @@ class Interpreter(LineInterpreter):
     """Runs jobs; variables have no value before a job gives them one."""
 
     grammar = GRAMMAR
+    SIGNAL = r" SRCH (?P<name>R?IN#\(\d+\))=(?:ON|(?P<off>OFF))"
     job: _Job
     LONGEST_MESSAGE = 32  #: Characters that MSG shows.
+    REMARKS: Mapping[str, float] = {"'": LONGEST_COMMENT, "//": LONGEST_COMMENT}
     BLOCK = ("IFTHENEXP", "ELSEEXP", "ENDIF")
+    FOR = ("FOR", "NEXT")
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.jobs: dict[str, _Job] = {}
@@ -111,33 +120,27 @@ class Interpreter(LineInterpreter):
         self.is_found: bool | None = None
         self.arc: list[_Point] = []
         self.shift: tuple[FloatArray, bool] | None = None
-        self.loops: list[tuple[int, int]] = []
+        self.loops = []
         self.via_external: tuple[float, ...] = ()  #: As in `Place`.
         self.led: list[_Point] = []  #: The last two points of robot 2.
         super().__init__(files, *args, **given)
 
     def load(self, file: str, text: str) -> None:
-        """Read a ``.jbi`` file."""
         job = _Job(file, text)
         self.jobs[self.declare(job.name, file, self.jobs)] = job
         self.bases = stated_frame(text, LANGUAGE) | self.bases
 
-    def signals_of(self, text: str) -> dict[str, bool]:
-        """Return the inputs of SRCH."""
-        return {name: level == "ON" for name, level in re.findall(r" SRCH (R?IN#\(\d+\))=(ON|OFF)", text)}
-
     # -- values ----------------------------------------------------------------------------------------------------
 
-    def number(self, text: str) -> int:
+    def number(self, name: str) -> int:
         """Return a number or the value of a variable."""
-        if re.fullmatch(r"-?\d{1,12}", text):
-            return int(text)
-        if text not in self.numbers:
-            raise ProgramError(f"nobody knows {text}: the job gave it no value")
-        return self.numbers[text]
+        if re.fullmatch(r"-?\d{1,12}", name):
+            return int(name)
+        if name not in self.numbers:
+            raise ProgramError(f"nobody knows {name}: the job gave it no value")
+        return self.numbers[name]
 
     def set(self, name: str, value: int) -> None:
-        """Give a variable a value."""
         low, high = RANGES[name[0]]
         if not low <= value <= high:
             raise ProgramError(f"{name} cannot hold {value}")
@@ -166,23 +169,12 @@ class Interpreter(LineInterpreter):
         self.tool = point.tool
         T = self._T_frame(point) @ matrix_of(point.values)
         if self.shift is not None:
-            T = _moved(T, *self.shift)
+            T = moved(T, *self.shift)
         return T
 
     # -- running ---------------------------------------------------------------------------------------------------
 
-    def execute(self, line: str, at: int) -> int | None:
-        """Run one line; return the line to go to, or None for the next."""
-        if line.startswith(("'", "//")):
-            if len(line) > 1 + LONGEST_COMMENT:
-                raise ProgramError(f"a remark has at most {LONGEST_COMMENT} characters: {line!r}")
-            self.remark(line[1:])
-            return None
-        if line in {"END", "RET"}:
-            self._end_arc()
-            return -1
-        if line.startswith("*") or line == "NOP":
-            return None
+    def instruction(self, line: str, at: int) -> int | None:
         if not re.match("S?MOVC", line) and re.match(r"S?MOV|IMOV", line):
             self._end_arc()
         outer = [self.place(name) for name in dict.fromkeys(OUTER.findall(line))]
@@ -280,7 +272,7 @@ class Interpreter(LineInterpreter):
         point = self.place(name)
         self.tool = point.tool
         at = self.machine.T_base_tool(self.T_tool())
-        self.go("L", _moved(at, *self._displacement(point, frame, user)), speed_mm_s=float(speed))
+        self.go("L", moved(at, *self._displacement(point, frame, user)), speed_mm_s=float(speed))
 
     def _sfton(self, name: str, frame: str | None, user: str | None) -> None:
         self.shift = self._displacement(self.place(name), frame, user)
@@ -366,7 +358,6 @@ class Interpreter(LineInterpreter):
     # -- branches --------------------------------------------------------------------------------------------------
 
     def holds(self, text: str) -> bool:
-        """Tell whether a condition holds."""
         if found := re.fullmatch(r"(R?IN#\(\d+\))=(ON|OFF)", text):
             return self.is_on(found[1]) == (found[2] == "ON")
         found = re.fullmatch(rf"{NUMBER}(<>|<=|>=|[=<>])(\S+)", text)
@@ -390,22 +381,13 @@ class Interpreter(LineInterpreter):
         return self.end_of(at, "ENDWHILE", "WHILEEXP", by=-1)
 
     def _for(self, at: int, name: str, first: str, last: str) -> int | None:
-        self.set(name, self.number(first))
-        end = self.end_of(at, "FOR", "NEXT")
-        self.loops.append((at, self.number(last)))
-        return end + 1 if self.number(first) > self.number(last) else None
-
-    def _next(self, _at: int, name: str) -> int | None:
-        begin, last = self.loops[-1] if self.loops else (-1, 0)
-        if begin < 0:
-            raise ProgramError("NEXT without FOR")
-        if self.number(name) >= last:
-            self.loops.pop()
-            return None
-        self.set(name, self.number(name) + 1)
-        return begin + 1
+        return self.count_from(at, name, self.number(first), self.number(last))
 
     # -- the rest --------------------------------------------------------------------------------------------------
+
+    def _end(self) -> int:
+        self._end_arc()
+        return -1
 
     def _pause(self, condition: str | None) -> None:
         if condition is None or self.holds(condition):
@@ -416,6 +398,8 @@ class Interpreter(LineInterpreter):
 
     _FRAME = r"(?: (BF|RF|TF|UF#)(?:\((\d+)\))?)?"
     _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (
+        (r"END|RET", _end),
+        (r"\*.*|NOP", lambda _: None),
         (rf"S?MOVJ {POINT}{AXES} VJ=\d+\.\d+(?: PL=\d)?(?: NWAIT)?{MASTER}", _movj),
         (rf"S?MOVL {POINT}{AXES} V=(\d+\.\d+)( [A-Z].*?)?{MASTER}", _movl),
         (rf"S?MOVC {POINT}{AXES} V=(\d+\.\d+)( [A-Z].*?)?{MASTER}", _movc),
@@ -446,17 +430,10 @@ class Interpreter(LineInterpreter):
         (r"WHILEEXP (.*)", _while),
         (r"ENDWHILE", _endwhile),
         (rf"FOR {NUMBER} ?= ?(\S+) TO (\S+)", _for),
-        (rf"NEXT {NUMBER}", _next),
+        (r"NEXT [BID]\d{3}", LineInterpreter.count_on),
         (r"ENDIF", lambda _, __: None),
     )
 
 
 def _values(T: FloatArray) -> tuple[float, ...]:
     return tuple(numbers_of(T, MM_DECIMALS, DEG_DECIMALS))
-
-
-def _moved(T: FloatArray, d: FloatArray, in_tool: bool) -> FloatArray:
-    """Return a pose, displaced in the base or in the tool."""
-    T = T.copy()
-    T[:3, 3] += T[:3, :3] @ d if in_tool else d
-    return T
