@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.controllers.judge.in_cell import CellSweep
-from wpcal.controllers.judge.written import write_judged
+from wpcal.controllers.judge.written import WrittenBlockedError, write_judged
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import Controller
@@ -56,9 +56,22 @@ def write_plan(
 
     `part`: In `part`.
 
+    Between two points of a plan a line or an arc may turn the torch otherwise than the plan does. Where that is not
+    free, seams have shorter moves.
+
     Raises `FormatError` when a template of the user has a fault.
     """
-    named, found, in_cell = {each.name: each for each in seams}, WrittenPlan(), _sweep(plan, seams, part)
+    in_cell = _sweep(plan, seams, part)
+    try:
+        return _written(plan, seams, output, writers, in_cell)
+    except WrittenBlockedError:
+        return _written(plan, seams, replace(output, is_free=in_cell.is_free_along), writers, in_cell)
+
+
+def _written(
+    plan: KeptPlan, seams: Sequence[PlannedSeam], output: PlanOutput, writers: Sequence[Controller], in_cell: CellSweep
+) -> WrittenPlan:
+    named, found = {each.name: each for each in seams}, WrittenPlan()
     with _telling(found.refused, [each.name for each in writers]):
         output = replace(output, zones=_zones(in_cell, output))
         carried = build_planned_program(plan, named, output)

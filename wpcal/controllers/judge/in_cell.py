@@ -145,6 +145,21 @@ class CellSweep:
                 if not checker.is_free_between(self.corner(q, *motion.place.zone)):
                     yield Meeting(motion, "the zone at its end is not free")
 
+    def is_free_along(self, T: FloatArray, vias: FloatArray, axes: FloatArray) -> bool:
+        """Tell whether lines and arcs are free.
+
+        `T`, `axes`: shapes (m, 4, 4) and (m, k). Where they begin and end, as `PlannedMoves.is_carried` positions are.
+        `vias`: shape (m - 1, 3). Points on arcs; NaN for lines.
+        """
+        outer = axes[:, JOINTS:]
+        least = np.array([self._steps(moved) for moved in np.diff(outer, axis=0)])
+        along = poses_along(T[:-1], T[1:], vias, STEP_MM, STEP_RAD, least)
+        ways = {row: (each, self._outer(outer[row], outer[row + 1], len(each))) for row, each in enumerate(along)}
+        rows = [np.column_stack([_nearest(q, axes[row, :JOINTS]), at]) for row, (at, q) in self._followed(ways).items()]
+        states = np.concatenate(rows)
+        is_there = np.isfinite(states).all() and not self._beyond(states).any()
+        return bool(is_there and self._near.check(states).is_free)
+
     def _through_air(self, motions: Sequence[Motion]) -> list[bool]:
         """Tell which moves by the joints lead through the air: two robots weld so, and go so to and from the seam."""
         if not self.cell.has_two_robots:

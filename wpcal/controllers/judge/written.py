@@ -50,6 +50,10 @@ class WrittenWrongError(WpcalError):
     exit_code = 70
 
 
+class WrittenBlockedError(WrittenWrongError):
+    """A motion of a written program is not free in its cell."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Written(Generic[P]):
     """The files of a program, and what was not checked of them."""
@@ -107,7 +111,7 @@ def _judged(
     strays = {id(motion) for motion in found.others}
     motions = [motion for motion in trace.motions if id(motion) not in strays]
     for meeting in () if in_cell is None else in_cell.meetings(motions):
-        raise _wrong(name, meeting.motion.place, meeting.what)
+        raise WrittenBlockedError(str(_wrong(name, meeting.motion.place, meeting.what)))
     added = _require_free(trace, found, asked, program, name) if isinstance(program, WeldProgram) else []
     strange: list[Unknown | Motion] = [*trace.unknowns]
     strange += [each for each in (*found.blended, *found.others) if each not in added]

@@ -55,17 +55,17 @@ class MovePath:
         return np.array([0, *(move.to for move in self.moves)], dtype=np.int64)
 
     @property
+    def vias(self) -> FloatArray:
+        """Points in the middle of arcs, shape (number of moves, 3); NaN for lines."""
+        return np.array([self.p[move.via] if isinstance(move, Arc) else np.full(3, np.nan) for move in self.moves])
+
+    @property
     def arrays(self) -> Moves:
         """The moves as arrays."""
         if not self._arrays:
-            ends = self.ends
-            via = np.full((len(self.moves), 3), np.nan)
-            for row, move in enumerate(self.moves):
-                if isinstance(move, Arc):
-                    via[row] = self.p[move.via]
-            first, last = ends[:-1], ends[1:]
+            first, last = self.ends[:-1], self.ends[1:]
             turn = turns_between(self.R[first], self.R[last])
-            self._arrays.append(Moves.between(self.p[first], self.R[first], self.p[last], turn, via))
+            self._arrays.append(Moves.between(self.p[first], self.R[first], self.p[last], turn, self.vias))
         return self._arrays[0]
 
     def poses_at(self, s_mm: ArrayLike) -> tuple[FloatArray, FloatArray]:
