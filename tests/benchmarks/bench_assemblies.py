@@ -90,8 +90,7 @@ def rows(part: Path, folder: Path, best: int) -> Iterator[list[str]]:
         "seams": ("-m", "wpcal", "seams", part, "--json"),
         "calibrate": ("-m", "wpcal", "calibrate", part, taught, "-o", out, "--accept-unsure", "--force"),
     }
-    ends = (0, 1)  # 1: calibrated, and less well than a cell asks
-    rounds = [[run_python(*line, ends=ends, environment=NO_CACHE) for line in lines.values()] for _ in range(best)]
+    rounds = [[run_python(*line, ends=(0, 1), environment=NO_CACHE) for line in lines.values()] for _ in range(best)]
     raw, *_ = uses = [reduce(ProcessUse.least, runs) for runs in zip(*rounds, strict=True)]
     for name, use in zip(lines, uses, strict=True):
         ratio, most_mb = ASKED.get(name, ("", ""))

@@ -63,13 +63,9 @@ def main() -> Table:
             done = sum(1 for _ in out.glob("*/calibration.json"))
             if done != JOBS:
                 raise RuntimeError(f"{done} of {JOBS} jobs ended")
-        several["calibrate"] = np.sum(
-            [
-                run("calibrate", folder / "part.step", folder / f"t{i}.csv", "-o", folder / f"o{i}", environment=cache)
-                for i in range(SINGLE_RUNS)
-            ],
-            axis=0,
-        )
+        files = [(folder / f"t{i}.csv", folder / f"o{i}") for i in range(SINGLE_RUNS)]
+        singles = [run("calibrate", folder / "part.step", own, "-o", out, environment=cache) for own, out in files]
+        several["calibrate"] = np.sum(singles, axis=0)
         for name, (clock_s, processor_s) in several.items():
             count = SINGLE_RUNS if name == "calibrate" else JOBS
             each = (clock_s, processor_s, clock_s / count, processor_s / count)

@@ -72,6 +72,12 @@ def test_the_seams_follow_what_is_said(fused: Path) -> None:
     assert welds(listed(fused, *chain))["SOLID"] == 0
 
 
+def test_what_is_said_of_a_whole_solid_is_told_once_for_each_seam() -> None:
+    against = [text for one in listed(TEE, "--member", "web=cast")["seams"] for text in one["against"]]
+    said = [text for text in against if "you said" in text]
+    assert said == ["web is not welded: you said so (--member web=cast)"] * 4
+
+
 def test_what_looks_milled_is_welded_if_a_person_says_so(tmp_path: Path) -> None:
     step = tmp_path / "step.step"
     export_step((Box(200, 200, 150) + Pos(0, 0, 125) * Box(100, 100, 100)).clean().solid(), step)

@@ -188,35 +188,60 @@ def _joined(
     return ray[first], face[first], enter[first], np.maximum.reduceat(leave, first)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class NearBundles:
+    """Which faces bundles of rays may meet: neighbours of one owner are searched together."""
+
+    near: NearFaces
+    group: IntArray  #: shape (n,). The group of each bundle.
+
+    @classmethod
+    def around(
+        cls, trimmed: TrimmedFaces, owner: IntArray, p0: FloatArray, p1: FloatArray, *, within_mm: float = 0.0
+    ) -> NearBundles:
+        """Find the faces within a distance of the segments of n bundles.
+
+        `owner`: shape (n,). What the bundles belong to, ascending.
+        `p0`, `p1`: shape (n, k, 3). Ends of k segments of each bundle in `part`, mm. The first ones divide the groups.
+        """
+        n, k = p0.shape[:2]
+        way = p1[:, 0] - p0[:, 0]
+        first = first_of_groups(owner, way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), SAME_SIDE_MM))
+        p0, p1 = p0.reshape(-1, 3), p1.reshape(-1, 3)
+        near = find_near_faces(trimmed.graph, trimmed, p0, p1, k * first, within_mm=within_mm)
+        return cls(near, np.repeat(np.arange(len(first)), np.diff(first, append=n)))
+
+    def first_faces(
+        self, trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length_mm: FloatArray
+    ) -> IntArray:
+        """Return the face that each bundle of rays meets first, or -1, shape (n,).
+
+        `origins`, `rays`: shape (n, k, 3). Starts (mm) and unit directions in `part`.
+        `length_mm`: shape (n, k). Where the rays end.
+        """
+        k = origins.shape[1]
+        found = np.full(len(origins), -1)
+        rows = np.flatnonzero(self.near.counts[self.group])
+        if not len(rows):
+            return found
+        p, way, length = origins[rows].reshape(-1, 3), rays[rows].reshape(-1, 3), length_mm[rows].ravel()
+        hits = find_hits_near(trimmed, self.near, np.repeat(self.group[rows], k), p, way, length_mm=length)
+        order = np.argsort(-hits.at_mm, kind="stable")  # the nearest of each bundle is written last
+        found[rows[hits.ray[order] // k]] = hits.face[order]
+        return found
+
+
 def first_faces(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    owner: IntArray,
-    origins: FloatArray,
-    rays: FloatArray,
-    length_mm: FloatArray,
+    trimmed: TrimmedFaces, owner: IntArray, origins: FloatArray, rays: FloatArray, length_mm: FloatArray
 ) -> IntArray:
     """Return the face that each bundle of rays meets first, or -1, shape (n,).
 
     `owner`: shape (n,). What the bundles belong to, ascending: neighbours of one owner are searched together.
     `origins`: shape (n, k, 3). Starts in `part`, mm.
-    `rays`: shape (n, 3) or (n, k, 3). Unit directions in `part`: one per bundle, or one per ray. Groups are divided by
-    the first of each bundle.
+    `rays`: shape (n, 3) or (n, k, 3). Unit directions in `part`: one per bundle, or one per ray.
     `length_mm`: shape (n,) or (n, k). Length of the rays.
     """
-    n, k = origins.shape[:2]
-    found = np.full(n, -1)
-    if n == 0:
-        return found
-    each = np.broadcast_to(rays if rays.ndim == 3 else rays[:, None], origins.shape).reshape(-1, 3)
-    length = np.broadcast_to(length_mm if length_mm.ndim == 2 else length_mm[:, None], (n, k)).ravel()
-    p0 = origins.reshape(-1, 3)
-    first = first_of_groups(owner, each[::k])
-    near = find_near_faces(graph, trimmed, p0, p0 + length[:, None] * each, k * first)
-    group = np.repeat(np.arange(len(first)), np.diff(first, append=n))
-    rows = np.flatnonzero(near.counts[group])
-    ray = (rows[:, None] * k + np.arange(k)).ravel()
-    hits = find_hits_near(trimmed, near, np.repeat(group[rows], k), p0[ray], each[ray], length_mm=length[ray])
-    order = np.argsort(-hits.at_mm, kind="stable")  # the nearest of each bundle is written last
-    found[rows[hits.ray[order] // k]] = hits.face[order]
-    return found
+    each = np.broadcast_to(rays if rays.ndim == 3 else rays[:, None], origins.shape)
+    length = np.broadcast_to(length_mm if length_mm.ndim == 2 else length_mm[:, None], origins.shape[:2])
+    bundles = NearBundles.around(trimmed, owner, origins, origins + length[..., None] * each)
+    return bundles.first_faces(trimmed, origins, each, length)

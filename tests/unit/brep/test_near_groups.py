@@ -39,7 +39,7 @@ def test_groups_lose_no_hit_and_add_none(name: str) -> None:
     np.testing.assert_array_equal(found.ray, alone.ray)
     np.testing.assert_array_equal(found.way, alone.way)
     np.testing.assert_allclose(found.at_mm, alone.at_mm, rtol=0, atol=ROUND_OFF_MM)
-    blocked = first_faces(graph, trimmed, owner, origins, way, length) >= 0
+    blocked = first_faces(trimmed, owner, origins, way, length) >= 0
     np.testing.assert_array_equal(np.flatnonzero(blocked), np.unique(alone.ray // 5))
 
 

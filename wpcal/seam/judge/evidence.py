@@ -186,9 +186,10 @@ class Judge:
             yield Rule.IN_MATERIAL.found(f"{in_material_words(seam)}{hiding_words(seam)}")
         elif seam.blocked_by:
             yield Rule.NOT_REACHED.found(f"{blocked_words(seam)}{assumed_words(self.reach)}")
-        yield from self.said.against(seam.pieces)
+        of_solids = [finding for solid in solids for finding in self.members[solid].findings]
+        yield from (one for one in self.said.against(seam.pieces) if one.rule not in {own.rule for own in of_solids})
+        yield from of_solids
         for solid in solids:
-            yield from self.members[solid].findings
             if seam.source is SeamSource.FLARE and solid in self.rolling and not self.members[solid].said:
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} {self.rolling[solid]}")
         if seam.length_mm < self.min_length_mm - LENGTH_ROUND_OFF_MM:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from itertools import chain
+from typing import TypeAlias
 
 import numpy as np
 
@@ -36,6 +37,9 @@ class TorchPart(Enum):
     NECK = "neck"  #: Neck or body.
 
 
+_Tubes: TypeAlias = tuple[tuple[TorchPart, FloatArray, FloatArray, float], ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PosesInMaterial:
     """The poses at which a torch is inside material, one row each, by number of the pose."""
@@ -46,6 +50,24 @@ class PosesInMaterial:
 
     def __len__(self) -> int:
         return len(self.row)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Necks:
+    """Necks and bodies of n torches, each beyond the mouth of its nozzle."""
+
+    torch: TorchShape
+    mouth: FloatArray  #: shape (n, 3). Middles of the mouths, mm.
+    back: FloatArray  #: shape (n, 3). Unit directions along the wire to the torch.
+    bend: FloatArray  #: shape (n, 3). Unit directions towards which the neck bends.
+    more_mm: FloatArray  #: shape (n,). How far each torch goes back along the wire.
+
+    def steps(self) -> Iterator[tuple[Tube, FloatArray, BoolArray]]:
+        """Yield each piece at steps of the way back: the mouths there, and which torches go so far; shape (n,)."""
+        for far_mm in np.arange(0.0, self.more_mm.max(initial=0.0) + STEP_MM, STEP_MM):
+            mouth = self.mouth + np.minimum(far_mm, self.more_mm)[:, None] * self.back
+            for tube in self.torch.tubes:
+                yield tube, mouth, far_mm < self.more_mm + STEP_MM
 
 
 def find_poses_in_material(
@@ -72,14 +94,13 @@ def find_poses_in_material(
     the answer. Exact faces are felt by lines in the tubes; what is narrower than the distance of two lines
     (`wpcal.brep.tubes.LINES_MM`) can be missed. A solid around the whole torch is found at the tip.
     """
-    n = len(p)
-    start = np.broadcast_to(np.asarray(start_mm, dtype=np.float64), n)
-    more = np.broadcast_to(np.asarray(more_mm, dtype=np.float64), n)
-    end = torch.wire_mm + torch.front_mm + more
-    free = np.ones(n, dtype=bool)
+    start, more = (np.broadcast_to(np.asarray(mm, dtype=np.float64), len(p)) for mm in (start_mm, more_mm))
+    free = np.ones(len(p), dtype=bool)
     found: list[tuple[int, int, TorchPart]] = []
-    necks = () if bend is None else _inside_neck(material, p, back, bend, torch, more, free)
-    for part, rows, solids in chain(_inside(material, p, back, torch, start, end, free), necks):
+    necks = (
+        () if bend is None else _inside_neck(material, Necks(torch, p + torch.wire_mm * back, back, bend, more), free)
+    )
+    for part, rows, solids in chain(_inside(material, p, back, _tubes(torch, start, more), free), necks):
         for row, solid in zip(rows.tolist(), solids.tolist(), strict=True):
             if free[row]:
                 free[row] = False
@@ -89,50 +110,37 @@ def find_poses_in_material(
     return PosesInMaterial(np.array([item[0] for item in found], dtype=np.int64), names, tuple(t for *_, t in found))
 
 
-def _inside(
-    material: Material,
-    p: FloatArray,
-    back: FloatArray,
-    torch: TorchShape,
-    start: FloatArray,
-    end: FloatArray,
-    free: BoolArray,
-) -> Iterator[tuple[TorchPart, IntArray, IntArray]]:
-    """Yield parts of the torch from the tip outwards, with the poses and solids; only poses still free are asked."""
-    point, solid = find_solids_around(material, p + start[:, None] * back)
-    yield TorchPart.TIP, point, solid
+def _tubes(torch: TorchShape, start: FloatArray, more: FloatArray) -> _Tubes:
+    """Return wire and nozzle as tubes: what they are, where they begin and end, shape (n,), and their radii, mm."""
     mouth = np.maximum(torch.wire_mm, start)
-    nozzle_mm = torch.nozzle_radius_mm - TOUCH_MM
     whole = np.clip(NEAR_ROOT_MM, start, mouth)
-    tubes = (
+    return (
         (TorchPart.WIRE, start, whole, TOUCH_MM),
         (TorchPart.WIRE, whole, mouth, WIRE_RADIUS_MM),
-        (TorchPart.NOZZLE, mouth, end, nozzle_mm),
+        (TorchPart.NOZZLE, mouth, torch.wire_mm + torch.front_mm + more, torch.nozzle_radius_mm - TOUCH_MM),
     )
+
+
+def _inside(
+    material: Material, p: FloatArray, back: FloatArray, tubes: _Tubes, free: BoolArray
+) -> Iterator[tuple[TorchPart, IntArray, IntArray]]:
+    """Yield parts of the torch from the tip outwards, with the poses and solids; only poses still free are asked."""
+    point, solid = find_solids_around(material, p + tubes[0][1][:, None] * back)
+    yield TorchPart.TIP, point, solid
     for part, low, high, radius in tubes:
         rows = np.flatnonzero(free)
         solids = material.tube_solids(p[rows], back[rows], low[rows], high[rows], radius)
         yield part, rows[solids >= 0], solids[solids >= 0]
 
 
-def _inside_neck(
-    material: Material,
-    p: FloatArray,
-    back: FloatArray,
-    bend: FloatArray,
-    torch: TorchShape,
-    more: FloatArray,
-    free: BoolArray,
-) -> Iterator[tuple[TorchPart, IntArray, IntArray]]:
+def _inside_neck(material: Material, necks: Necks, free: BoolArray) -> Iterator[tuple[TorchPart, IntArray, IntArray]]:
     """Yield the poses at which neck or body is inside solids, there and at steps of the way along the wire."""
-    for far in np.arange(0.0, more.max(initial=0.0) + STEP_MM, STEP_MM):
-        for tube in torch.tubes:
-            rows = np.flatnonzero(free & (far < more + STEP_MM))
-            at = np.minimum(far, more[rows])[:, None]
-            start, way, length = place_tube(tube, p[rows] + (torch.wire_mm + at) * back[rows], back[rows], bend[rows])
-            zero = np.zeros(len(rows))
-            solids = material.tube_solids(start, way, zero, zero + length, tube.radius_mm - TOUCH_MM)
-            yield TorchPart.NECK, rows[solids >= 0], solids[solids >= 0]
+    for tube, mouth, goes in necks.steps():
+        rows = np.flatnonzero(free & goes)
+        start, way, length = place_tube(tube, mouth[rows], necks.back[rows], necks.bend[rows])
+        zero = np.zeros(len(rows))
+        solids = material.tube_solids(start, way, zero, zero + length, tube.radius_mm - TOUCH_MM)
+        yield TorchPart.NECK, rows[solids >= 0], solids[solids >= 0]
 
 
 def place_tube(

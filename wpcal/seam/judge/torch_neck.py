@@ -16,9 +16,8 @@ from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import edge_distances, tube_frames
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.robot.moves.sweep import STEP_MM
-from wpcal.robot.torch.shape import TorchShape, Tube
-from wpcal.seam.judge.material import place_tube
+from wpcal.robot.torch.shape import Tube
+from wpcal.seam.judge.material import Necks, place_tube
 
 FEWEST, APART_MM = 16, 9.0  #: Lines on the surface of a piece, and how far apart they are at most.
 ROUND_MM = 0.5
@@ -51,44 +50,26 @@ def torch_axes(back: FloatArray, bend: FloatArray) -> FloatArray:
     return np.stack([bend, np.cross(back, bend), back], axis=2)
 
 
-def neck_faces(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    torch: TorchShape,
-    owner: IntArray,
-    mouth: FloatArray,
-    back: FloatArray,
-    bend: FloatArray,
-    more_mm: FloatArray,
-    *,
-    wider_mm: float,
-) -> IntArray:
-    """Return a face that neck or body meets at each pose, or -1, shape (n,).
+def neck_faces(graph: BrepGraph, trimmed: TrimmedFaces, owner: IntArray, necks: Necks, *, wider_mm: float) -> IntArray:
+    """Return a face that neck or body meets at each of n poses in `part`, or -1, shape (n,).
 
     `owner`: shape (n,). Ascending: neighbours of one owner are searched together.
-    `mouth`: shape (n, 3). Middles of the mouths of the nozzles in `part`, mm.
-    `back`, `bend`: shape (n, 3). Unit directions in `part`: along the wire to the torch, and towards which the neck
-    bends.
-    `more_mm`: shape (n,). How far the torch goes back along the wire.
     """
-    found = np.full(len(mouth), -1)
-    frames = torch_axes(back, bend)
-    for step_mm in np.arange(0.0, more_mm.max(initial=0.0) + STEP_MM, STEP_MM):
-        far = np.minimum(step_mm, more_mm)
-        for tube in torch.tubes:
-            rows = np.flatnonzero((found < 0) & (step_mm < more_mm + STEP_MM))
-            if len(rows) == 0:
-                continue
-            origins, rays, lengths = _lines(tube, wider_mm)
-            at = np.einsum("nij,kj->nki", frames[rows], origins)
-            at += (mouth[rows] + far[rows, None] * back[rows])[:, None]
-            way = np.einsum("nij,kj->nki", frames[rows], rays)
-            length = np.broadcast_to(lengths, way.shape[:2])
-            found[rows] = first_faces(graph, trimmed, owner[rows], at, way, length)
-            rows = rows[found[rows] < 0]
-            *axis, end = place_tube(tube, mouth[rows] + far[rows, None] * back[rows], back[rows], bend[rows])
-            ends = np.full(len(rows), -wider_mm), np.full(len(rows), end + wider_mm)
-            found[rows] = edges_in_tubes(graph, trimmed, owner[rows], axis, ends, tube.radius_mm + wider_mm)
+    found = np.full(len(owner), -1)
+    frames = torch_axes(necks.back, necks.bend)
+    for tube, mouth, goes in necks.steps():
+        rows = np.flatnonzero((found < 0) & goes)
+        if len(rows) == 0:
+            continue
+        origins, rays, lengths = _lines(tube, wider_mm)
+        at = np.einsum("nij,kj->nki", frames[rows], origins) + mouth[rows, None]
+        way = np.einsum("nij,kj->nki", frames[rows], rays)
+        length = np.broadcast_to(lengths, way.shape[:2])
+        found[rows] = first_faces(trimmed, owner[rows], at, way, length)
+        rows = rows[found[rows] < 0]
+        *axis, end = place_tube(tube, mouth[rows], necks.back[rows], necks.bend[rows])
+        ends = np.full(len(rows), -wider_mm), np.full(len(rows), end + wider_mm)
+        found[rows] = edges_in_tubes(graph, trimmed, owner[rows], axis, ends, tube.radius_mm + wider_mm)
     return found
 
 
@@ -141,25 +122,16 @@ def _lines(tube: Tube, wider_mm: float) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def are_necks_clear(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    torch: TorchShape,
-    mouth: FloatArray,
-    back: FloatArray,
-    bend: FloatArray,
-    begin: IntArray,
-    *,
-    within_mm: float,
+    graph: BrepGraph, trimmed: TrimmedFaces, necks: Necks, begin: IntArray, *, within_mm: float
 ) -> BoolArray:
     """Tell which groups of poses have no face near neck and body; no line is sent, shape (g,).
 
-    `mouth`, `back`, `bend`: shape (n, 3). As in `neck_faces`, sorted by group.
     `begin`: shape (g,). The first pose of each group.
     """
     clear = np.ones(len(begin), dtype=bool)
-    frames = torch_axes(back, bend)
-    for tube in torch.tubes:
-        p0, p1 = (mouth + np.einsum("nij,j->ni", frames, at) for at in (tube.start, tube.end))
+    frames = torch_axes(necks.back, necks.bend)
+    for tube in necks.torch.tubes:
+        p0, p1 = (necks.mouth + np.einsum("nij,j->ni", frames, at) for at in (tube.start, tube.end))
         near = find_near_faces(graph, trimmed, p0, p1, begin, within_mm=tube.radius_mm + within_mm)
         clear &= near.counts == 0
     return clear

@@ -8,18 +8,18 @@ mouth find a wall along the torch that is longer than the torch. Programs are ch
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
-from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
+from wpcal.brep.near_groups import NearBundles, find_near_faces, first_faces, first_of_groups
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
-from wpcal.seam.judge.material import NEAR_ROOT_MM, TOUCH_MM, WIRE_RADIUS_MM
+from wpcal.seam.judge.material import NEAR_ROOT_MM, TOUCH_MM, WIRE_RADIUS_MM, Necks
 from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, edges_in_tubes, neck_faces
 
 MOST_WIDER_MM = 0.15
@@ -72,6 +72,11 @@ class FeltPoses:
         """Directions towards which the neck bends, shape (n, 3)."""
         return bend_directions(self.back, self.R, self.spin_rad)
 
+    @property
+    def necks(self) -> Necks:
+        """Neck and body at the poses."""
+        return Necks(self.torch, self.p + self.mouth_mm[:, None] * self.back, self.back, self.bend, self.more_mm)
+
 
 def felt_radii_mm(graph: BrepGraph, torch: TorchShape) -> tuple[float, float]:
     """Return the radii with which wire and nozzle are felt, mm."""
@@ -97,13 +102,17 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is
     wire = np.concatenate([axis, (poses.p + whole[:, None] * poses.back)[:, None] + around], axis=1)
     lengths = np.repeat((mouth - whole)[:, None], wire.shape[1], axis=1)
     lengths[:, 0] = mouth - start
-    rays = np.broadcast_to(poses.back[:, None], wire.shape)
-    face = first_faces(graph, trimmed, poses.owner, wire, rays, lengths)
-    for stage in (_first_lines, _other_lines):  # most of what is in the way is met by the first few lines
-        rows = np.flatnonzero(face < 0)
-        left = poses.select(rows)
-        rim = _circle(left.back, nozzle_mm / np.cos(np.pi / AROUND), AROUND)
-        face[rows] = stage(graph, trimmed, left, rim, is_between=is_between)
+    begin, end = (poses.p + at[:, None] * poses.back for at in (mouth, poses.end_mm))
+    near = NearBundles.around(trimmed, poses.owner, axis, begin[:, None], within_mm=wire_mm)
+    face = near.first_faces(trimmed, wire, np.broadcast_to(poses.back[:, None], wire.shape), lengths)
+    rows, rim_mm = np.flatnonzero(face < 0), nozzle_mm / np.cos(np.pi / AROUND)
+    left, rim = poses.select(rows), _circle(poses.back[rows], rim_mm, AROUND)
+    near = NearBundles.around(trimmed, left.owner, begin[rows, None], end[rows, None], within_mm=rim_mm)
+    face[rows] = near.first_faces(trimmed, *_first_lines(left, rim, is_between=is_between))
+    if not is_between:  # most of what is in the way is met by the first few lines
+        more = np.flatnonzero(face[rows] < 0)
+        near = replace(near, group=near.group[more])
+        face[rows[more]] = near.first_faces(trimmed, *_other_lines(left.select(more), rim[more]))
     rows = np.flatnonzero(face < 0)
     own = poses.select(rows)
     ends, radius = (own.mouth_mm + own.torch.taper_mm, own.end_mm), own.torch.nozzle_radius_mm - TOUCH_MM
@@ -118,31 +127,20 @@ def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: Felt
     """Return the solid that neck or body of the torch meets at each pose, or -1; shape (n,)."""
     if poses.torch.neck is None:
         return np.full(len(poses), -1)
-    found = [np.zeros(0, dtype=np.int64)]
-    for first in range(0, len(poses), CHUNK):
-        own = poses.select(slice(first, first + CHUNK))
-        mouth = own.p + own.mouth_mm[:, None] * own.back
-        wider = usual_deflection_mm(graph.size_mm)
-        found.append(
-            neck_faces(
-                graph, trimmed, own.torch, own.owner, mouth, own.back, own.bend, own.more_mm, wider_mm=wider
-            )
-        )  # fmt: skip
-    face = np.concatenate(found)
+    wider = usual_deflection_mm(graph.size_mm)
+    chunks = (poses.select(slice(first, first + CHUNK)) for first in range(0, len(poses), CHUNK))
+    found = [neck_faces(graph, trimmed, own.owner, own.necks, wider_mm=wider) for own in chunks]
+    face = np.concatenate([np.zeros(0, dtype=np.int64), *found])
     return np.where(face < 0, -1, graph.face_solid[face])
 
 
-def _first_lines(
-    graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, rim: FloatArray, *, is_between: bool
-) -> IntArray:
-    """Return the faces that the axis and the lines on the rim meet: all lines between stations, elsewhere four."""
-    own = rim if is_between else rim[:, ::4]
-    origins, rays, lengths = _rim_lines(poses, own)
+def _first_lines(poses: FeltPoses, rim: FloatArray, *, is_between: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the axis and the lines on the rim: all lines between stations, elsewhere four. As `_rim_lines` does."""
+    origins, rays, lengths = _rim_lines(poses, rim if is_between else rim[:, ::4])
     axis = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None]
     origins = np.concatenate([origins, axis], axis=1)
     rays = np.concatenate([rays, poses.back[:, None]], axis=1)
-    lengths = np.concatenate([lengths, (poses.end_mm - poses.mouth_mm)[:, None]], axis=1)
-    return first_faces(graph, trimmed, poses.owner, origins, rays, lengths)
+    return origins, rays, np.concatenate([lengths, (poses.end_mm - poses.mouth_mm)[:, None]], axis=1)
 
 
 def _rim_lines(poses: FeltPoses, rim: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -169,12 +167,8 @@ def _rim_lines(poses: FeltPoses, rim: FloatArray) -> tuple[FloatArray, FloatArra
     )
 
 
-def _other_lines(
-    graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, rim: FloatArray, *, is_between: bool
-) -> IntArray:
-    """Return the faces that the other lines meet, and those across the mouth; between stations there are none."""
-    if is_between:
-        return np.full(len(poses), -1)
+def _other_lines(poses: FeltPoses, rim: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the other lines, and those across the mouth."""
     outer, outer_rays, outer_far = _rim_lines(poses, np.delete(rim, np.s_[::4], axis=1))
     centre = (poses.p + poses.mouth_mm[:, None] * poses.back)[:, None]
     radius = np.linalg.norm(rim, axis=2)
@@ -185,7 +179,7 @@ def _other_lines(
     origins = np.concatenate([outer, inner, centre - half[..., None] * across], axis=1)
     ways = np.broadcast_to(poses.back[:, None], inner.shape)
     rays = np.concatenate([outer_rays, ways, across], axis=1)
-    return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([outer_far, far, 2 * half], axis=1))
+    return origins, rays, np.concatenate([outer_far, far, 2 * half], axis=1)
 
 
 def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> IntArray:
@@ -217,7 +211,7 @@ def _nearest_beside(
     start = (poses.p + poses.start_mm[:, None] * poses.back)[:, None] + radii[:, None] * way[:, None]
     each = poses.select(np.repeat(np.arange(n), k))
     lines = start.reshape(-1, 1, 3)
-    met = first_faces(graph, trimmed, each.owner, lines, each.back, each.mouth_mm - each.start_mm)
+    met = first_faces(trimmed, each.owner, lines, each.back, each.mouth_mm - each.start_mm)
     met = np.where((met >= 0) & _is_wide_round(graph, poses.torch.mouth_mm)[met], -1, met).reshape(n, k)
     nearest = (met >= 0).argmax(axis=1) if n else np.zeros(0, dtype=np.int64)
     face = met[np.arange(n), nearest]
@@ -273,7 +267,6 @@ def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -
     clear = (wire.counts == 0) & (nozzle.counts == 0)
     if poses.torch.neck is not None:
         within = usual_deflection_mm(graph.size_mm) + BULGE_MM
-        at, bend = p + mouth * back, poses.bend[row]
-        clear &= are_necks_clear(graph, trimmed, poses.torch, at, back, bend, begin, within_mm=within)
+        clear &= are_necks_clear(graph, trimmed, poses.select(row).necks, begin, within_mm=within)
     empty = np.repeat(clear, size)
     return np.asarray(empty & (turn <= SMALL_TURN_RAD), dtype=bool)
