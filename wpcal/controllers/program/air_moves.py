@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from itertools import chain, pairwise, product
 
 import numpy as np
@@ -128,7 +128,7 @@ class NoWayError(GeometryError):
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class TorchAtTool:
     """Where the torch is when the tool is at a pose."""
 
@@ -145,11 +145,12 @@ class TorchAtTool:
         tip = p + self.standoff_mm * wire
         mouth = tip - self.shape.wire_mm * wire
         yield tip, mouth - self.shape.front_mm * wire, self.shape.nozzle_radius_mm
+        bend = neck_directions(R, self.axis)
         for tube in self.shape.tubes:
-            start, way, length = place_tube(tube, mouth, -wire, neck_directions(R, self.axis))
+            start, way, length = place_tube(tube, mouth, -wire, bend)
             yield start, start + length * way, tube.radius_mm
 
-    @property
+    @cached_property
     def reach_mm(self) -> float:
         """Largest distance of a point of the torch's axis from the tool centre point."""
         pieces = self.segments(np.zeros((1, 3)), np.eye(3)[None])
@@ -173,10 +174,10 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     Raises `GeometryError` when no checked way leads from a seam to the next; the message names both.
     """
     up = air.up
-    turns = [_turn_between(a.R[1], b.R[0], torch.axis) for a, b in pairwise(ends)]
     home_R = ends[0].R[0]
-    last_turn = _turn_between(ends[-1].R[1], home_R, torch.axis)
-    clearance = _clearance(air, torch, [home_R[None], *turns, last_turn])
+    leaving, coming = [home_R, *(end.R[1] for end in ends)], [*(end.R[0] for end in ends), home_R]
+    turns = [_turn_between(a, b, torch.axis) for a, b in zip(leaving, coming, strict=True)]
+    clearance = _clearance(air, torch, turns)
     top = float((part.corners @ up).max())
     height = max(top, *(float((end.p @ up).max()) for end in ends)) + clearance
     search = _Search(part, torch, up, height)
@@ -190,21 +191,19 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     near = {end.name: max(way.near_mm for way in ways) for end, ways in zip(ends, rises, strict=True)}
     moved = tuple(np.stack([way.p[0] for way in ways]) for ways in rises)
     rises = [[AirWay(way.p[1:], way.R[1:]) for way in ways] for ways in rises]
-    middle = (part.corners.reshape(-1, 3).min(axis=0) + part.corners.reshape(-1, 3).max(axis=0)) / 2
+    middle, _ = search.ball
     home = middle + (height - float(middle @ up)) * up
     at, to_seam, from_seam = home, [], []
-    start_R = home_R
     for number, (end, (down, away)) in enumerate(zip(ends, rises, strict=True)):
         first = down.p[-1] if len(down) else moved[number][0]
-        turn = turns[number - 1] if number else start_R[None]
         names = f"{ends[number - 1].name} to {end.name}" if number else f"the safe point to {end.name}"
-        across = search.across(at, first, turn, names)
+        across = search.across(at, first, turns[number], names)
         to_seam.append(
             AirWay(np.concatenate([across.p, down.p[::-1][1:]]), np.concatenate([across.R, down.R[::-1][1:]]))
         )
         from_seam.append(away)
         at = away.p[-1] if len(away) else moved[number][1]
-    back = search.across(at, home, last_turn, f"{ends[-1].name} to the safe point")
+    back = search.across(at, home, turns[-1], f"{ends[-1].name} to the safe point")
     tail = from_seam[-1]
     from_seam[-1] = AirWay(np.concatenate([tail.p, back.p[:-1]]), np.concatenate([tail.R, back.R[:-1]]))
     return AirPlan(AirWay(home[None], home_R[None]), moved, tuple(to_seam), tuple(from_seam), clearance, near)
@@ -245,7 +244,7 @@ def _turn_between(a: FloatArray, b: FloatArray, axis: ToolAxis) -> FloatArray:
     return np.asarray(turn, dtype=np.float64)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Search:
     part: TriangleMaterial
     torch: TorchAtTool
@@ -319,10 +318,15 @@ class _Search:
 
     def _outside(self, p: FloatArray, way: FloatArray) -> FloatArray:
         """Return where the torch is outside the part's box on its way in a direction; the place itself if it is."""
-        box = self.part.corners.reshape(-1, 3)
-        middle, radius = (box.min(axis=0) + box.max(axis=0)) / 2, float(np.linalg.norm(np.ptp(box, axis=0))) / 2
+        middle, radius = self.ball
         reach = radius + self.torch.reach_mm + self.torch.widest_mm + MARGIN_MM - float((p - middle) @ way)
         return p + reach * way if reach > 0.0 else p
+
+    @cached_property
+    def ball(self) -> tuple[FloatArray, float]:
+        """Middle and radius of the ball around the part's box, mm."""
+        low, high = self.part.corners.min(axis=(0, 1)), self.part.corners.max(axis=(0, 1))
+        return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
 
     def _above(self, p: FloatArray) -> FloatArray:
         return np.asarray(p + max(self.height - float(p @ self.up), 0.0) * self.up, dtype=np.float64)
@@ -339,17 +343,13 @@ class _Search:
 
     def _room(self, p: FloatArray, R: FloatArray, most_mm: float) -> FloatArray:
         """Return by how much more than its margin the torch is away from the part, shape (n,), mm, up to a limit."""
-        found = np.full(len(p), most_mm)
-        for a, b, radius in self.torch.segments(p, np.broadcast_to(R, (len(p), 3, 3))):
-            need = radius + MARGIN_MM + self.part.deflection_mm
-            distance, _ = part_distances(self.part, a, b, np.full(len(p), need + most_mm))
-            found = np.minimum(found, distance - need)
-        return found
+        starts, ends, radii = zip(*self.torch.segments(p, np.broadcast_to(R, (len(p), 3, 3))), strict=True)
+        need = np.repeat(radii, len(p)) + MARGIN_MM + self.part.deflection_mm
+        distance, _ = part_distances(self.part, np.concatenate(starts), np.concatenate(ends), need + most_mm)
+        return np.asarray((distance - need).reshape(-1, len(p)).min(axis=0, initial=most_mm), dtype=np.float64)
 
     def across(self, a: FloatArray, b: FloatArray, turn: FloatArray, names: str) -> AirWay:
         """Return poses from a to b (both included) with the orientations of a turn, spread along the move."""
-        if len(turn) == 1:
-            turn = np.repeat(turn, 2, axis=0)
         p = a + np.linspace(0.0, 1.0, len(turn))[:, None] * (b - a)
         for i in range(len(p) - 1):
             if not self.is_free(p[i], p[i + 1], turn[i], turn[i + 1]):

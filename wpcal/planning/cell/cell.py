@@ -23,6 +23,7 @@ from wpcal.robot.kinematics.arm import Arm, arm_frames
 from wpcal.robot.kinematics.forward import Frames, start_frames
 from wpcal.robot.torch.shape import TorchShape
 
+IN_WORLD = start_frames(RigidTransform.identity(target="world", source="world"), 1)  #: The frame of what stands still.
 MOST_AXES = 2  #: Axes of a positioner: one turns the part, two also tilt it.
 TOOL, WORLD, CARRIER = JOINTS + 1, JOINTS + 2, JOINTS + 3
 """Rows of these frames in the result of `Cell.frames`, after the seven of the robot. The frames of the carrier begin at
@@ -274,14 +275,11 @@ class Cell:
         """
         shift = None if self.rail is None else self.rail.direction[:, None] * q[:, JOINTS]
         arm = list(arm_frames(self.arm, self.T_world_base, q[:, :JOINTS], shift_mm=shift))
-        tool = arm[-1].then(self.T_flange_tool)
-        world = start_frames(RigidTransform.identity(target="world", source="world"), 1)
-        carried: list[Frames] = []
-        if self.carrier is not None:
-            carried = list(arm_frames(self.carrier.arm, self.carrier.T_world_base, q[:, self.first_turning :]))
-        last = [world, *carried][-1]
+        carrier, turning = self.carrier, q[:, self.first_turning :]
+        carried = [] if carrier is None else list(arm_frames(carrier.arm, carrier.T_world_base, turning))
+        last = [IN_WORLD, *carried][-1]
         part = last if self.T_carrier_part is None else last.then(self.T_carrier_part)
-        return (*arm, tool, world, *carried, part)
+        return (*arm, arm[-1].then(self.T_flange_tool), IN_WORLD, *carried, part)
 
     @property
     def part_row(self) -> int:

@@ -158,7 +158,7 @@ class HullCover:
         """
         normal = np.einsum("nij,fj->nfi", T[:, :3, :3], self.planes[:, :3])  # in the frame of the surface
         off = self.planes[:, 3] - np.einsum("nfi,ni->nf", normal, T[:, :3, 3])
-        out = np.min([product(normal, point) for point in outline], axis=0) + off
+        out = np.einsum("nfi,mi->mnf", normal, outline).min(axis=0) + off
         return np.asarray(np.maximum(out.max(axis=1), 0.0), dtype=np.float64)
 
     def settled(self, field: DistanceField, T: FloatArray, needed_mm: float) -> tuple[FloatArray, BoolArray]:

@@ -27,6 +27,7 @@ from wpcal.planning.cell.bodies import bodies_of
 from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance, Margins
 from wpcal.planning.cell.clearance import stacked
+from wpcal.planning.cell.segments import dot
 from wpcal.planning.cell.shape import JOINTS, corners_of_box
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames
@@ -145,7 +146,8 @@ class MotionChecker:
         self.cell, self.clearance = cell, clearance
         self._per_axis = motion_per_axis(cell, clearance)
         self.per_axis: FloatArray = self._per_axis.max(axis=0, initial=0.0)
-        self._boxes = _boxes(cell)
+        boxes = _boxes(cell)
+        self._boxed, self._corners = list(boxes), np.moveaxis(np.reshape([*boxes.values()], (-1, 8, 3, 1)), 2, 0)
         self._free_mm = np.maximum(clearance.least_safety_mm, LEAST_FREE_MM)
 
     def motion_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -182,10 +184,11 @@ class MotionChecker:
         found = product(step, self._per_axis.T)
         bend = found * turns[:, None] / 2.0
         still = ~step[:, cell.first_turning :].any(axis=1)
-        frames = stacked(cell.frames(np.concatenate([a, b])))[:, :, list(self._boxes)]
+        frames = stacked(cell.frames(np.concatenate([a, b])))[:, :, self._boxed]
         u, v, w, p = (frames[..., n:] - frames[..., :n])[:, :, :, None]  # (3, carriers, 1, n)
-        x, y, z = np.moveaxis(np.array(list(self._boxes.values())).reshape(-1, 8, 3), 2, 0)[:, :, :, None]
-        chord = dict(zip(self._boxes, np.linalg.norm(x * u + y * v + z * w + p, axis=0).max(axis=1), strict=True))
+        x, y, z = self._corners
+        gap = x * u + y * v + z * w + p
+        chord = dict(zip(self._boxed, np.sqrt(dot(gap, gap).max(axis=1)), strict=True))
         for row, (one, other) in enumerate(self.clearance.carriers.tolist()):
             if one in chord and other > TOOL:
                 nearer = np.minimum(found[:, row], chord[one] + bend[:, row])

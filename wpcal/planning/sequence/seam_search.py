@@ -377,14 +377,14 @@ def way_of_branch(
     `forbids`: From a rung, states at it, shape (n,), and at the one before it, (m,), to which steps may not be taken.
     """
     q = np.nan_to_num(joints)
+    q -= TURN * np.rint(q / TURN)
     ring = np.concatenate(sine_cosine(q), axis=2) * np.sqrt(np.tile(weights, 2))
 
     def step(i: int, now: IntArray, before: IntArray) -> FloatArray:
         squares = 2.0 * weights.sum() - 2.0 * product(ring[i, now], ring[i - 1, before].T)
         swings = np.zeros(squares.shape, dtype=bool) if forbids is None else forbids(i, now, before)
         for here, there in zip(q[i, now].T, q[i - 1, before].T, strict=True):  # long rows
-            apart = np.abs(here[:, None] - there)
-            swings |= np.abs(apart - TURN * np.rint(apart / TURN)) > LARGEST_STEP_RAD
+            swings |= np.abs(np.abs(here[:, None] - there) - np.pi) < np.pi - LARGEST_STEP_RAD  # neither near nor round
         return np.where(swings, np.inf, STEP_WEIGHT * squares)
 
     return cheapest_way(list(np.where(usable, OFF_WEIGHT * off_rad**2, np.inf)), step)

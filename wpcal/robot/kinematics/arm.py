@@ -183,8 +183,10 @@ def _limits(arm: Arm) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _first_frames(arm: Arm, T_world_base: RigidTransform) -> Frames:
-    return start_frames(T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0, 1)
+def _start(arm: Arm, T_world_base: RigidTransform) -> tuple[Frames, Frames, FloatArray]:
+    """Return the base, the frame before the first link and the parameters of the links."""
+    first = T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0
+    return start_frames(T_world_base, 1), start_frames(first, 1), arm.chain.table
 
 
 def arm_frames(
@@ -196,10 +198,8 @@ def arm_frames(
     `shift_mm`: shape (3, n). How far the base is from `T_world_base`, in `world`, mm.
     """
     moved = 0.0 if shift_mm is None else shift_mm
-    base = start_frames(T_world_base, 1)
+    base, first, table = _start(arm, T_world_base)
     yield base._replace(p=base.p + moved)
-    theta = np.ascontiguousarray(arm.model_angles(joints).T)
-    first = _first_frames(arm, T_world_base)
-    motions = list(walk(first._replace(p=first.p + moved), arm.chain.table, theta))
-    yield from (motion.frame for motion in motions[:-1])
-    yield motions[-1].frame.then(arm.chain.T_dhn_flange)
+    *motions, last = walk(first._replace(p=first.p + moved), table, np.ascontiguousarray(arm.model_angles(joints).T))
+    yield from (motion.frame for motion in motions)
+    yield last.frame.then(arm.chain.T_dhn_flange)

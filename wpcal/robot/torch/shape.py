@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -62,7 +63,7 @@ class Tube:
     radius_mm: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TorchShape:
     """A torch: a wire, a round nozzle around it from its mouth on, and behind that a neck and a body.
 
@@ -133,7 +134,7 @@ class TorchShape:
         most = None if self.most_wire_mm is None else max(self.most_wire_mm, wire_mm)
         return replace(self, wire_mm=wire_mm, length_mm=length_mm, most_wire_mm=most)
 
-    @property
+    @cached_property
     def tubes(self) -> tuple[Tube, ...]:
         """The neck and the body as straight pieces, from the nozzle to the end; none for a straight torch."""
         if self.neck is None:
