@@ -17,7 +17,7 @@ from cad.batch.request import NOT_OF_A_JOB
 from cad.batch.summary_check import check_summary, read_summary
 from tests.cad.batch_faults import WPCAL, contents, write_jobs
 from tests.record_checks import check_record
-from tests.running import TIMEOUT_S, run_here
+from tests.running import TIMEOUT_S, kernel_work_here, run_here
 
 JOBS, WRAPPED = 8, 2  #: Jobs, and the one with an option that changes the seams of the part.
 CHANGED = {"j0", "j3", "j4", "j5", "summary.jsonl"}
@@ -33,8 +33,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path) -> None:
+def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To the byte, apart from job.json and the page."""
+    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
     for number, options in ((1, ("--criterion", "robust")), (2, ("--wrap",))):
         one = tmp_path / f"one{number}"
         run_here("calibrate", folder / "tee.step", folder / f"day{number}.csv", "-o", one, *options)

@@ -11,6 +11,8 @@ from tests.running import run_here
 LOW = (Align.CENTER, Align.CENTER, Align.MIN)
 NEAR_MM = 1.5
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
+
 
 @pytest.fixture
 def ring_beside_a_catch(tmp_path: Path) -> Path:

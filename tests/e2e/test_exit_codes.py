@@ -42,15 +42,11 @@ STREAMS = {
 }
 
 
-def ended(
-    command: str, streams: str, *, ascii_only: bool = False, cwd: Path | None = None, cache: str = "off"
-) -> tuple[int, str]:
+def ended(command: str, streams: str, *, ascii_only: bool = False, cwd: Path | None = None) -> tuple[int, str]:
     before = "LC_ALL=C PYTHONUTF8=0 PYTHONCOERCECLOCALE=0 " if ascii_only else ""
     script = f"{before}{WPCAL} {command} {streams}; exit ${{PIPESTATUS[0]}}"
-    environment = {**os.environ, "WPCAL_CACHE": cache}
-    done = subprocess.run(
-        ["bash", "-c", script], capture_output=True, text=True, check=False, timeout=TIMEOUT_S, cwd=cwd, env=environment
-    )
+    words = ["bash", "-c", script]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=TIMEOUT_S, cwd=cwd)
     return done.returncode, done.stderr
 
 
@@ -74,14 +70,16 @@ def test_lost_output_is_said() -> None:
     assert errors == "wpcal: standard output was not written: no space left on device; exit code 0 is the result's\n"
 
 
-def test_a_calibration_that_nobody_reads_keeps_its_verdict(tmp_path: Path) -> None:
+def test_a_calibration_that_nobody_reads_keeps_its_verdict(
+    tmp_path: Path, answers: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WPCAL_CACHE", str(answers))
     part, taught = FIXTURES / "tee" / "tee.step", FIXTURES / "tee" / "taught.csv"
-    cache = str(tmp_path / "cache")
-    code, errors = ended(f"calibrate {part} {taught} -o {tmp_path / 'out'}", "| true", cache=cache)
+    code, errors = ended(f"calibrate {part} {taught} -o {tmp_path / 'out'}", "| true")
     assert (code, errors.count("\n")) == (0, 1)
     assert (tmp_path / "out" / "report.html").exists()
     again = f"calibrate {part} {taught} -o {tmp_path / 'out'} --force --tolerance-mm 0.01"
-    code, _ = ended(again, ">&-", cache=cache)
+    code, _ = ended(again, ">&-")
     assert code == 1
 
 

@@ -42,4 +42,5 @@ def make_hopper(path: Path) -> None:
     members = {"base": base, "upright": upright, "rib": rib, "pipe": pipe}
     for name, member in members.items():
         member.part.label = name
-    export_step(Compound(label="hopper", children=[member.part for member in members.values()]), str(path))
+    whole = Compound(label="hopper", children=[member.part for member in members.values()])
+    export_step(whole, str(path), timestamp="2026-01-01T00:00:00")  # the same file at each call
