@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from tests.kept import folder_of_run, keep_in
 from tests.lint.skips import unexpected_skips
 from tests.record_checks import checked_to_json
 from tests.running import kernel_work_here
@@ -62,6 +63,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    # In the order of their names: by the number of tests, files of one test that takes long would come last, alone.
+    config.option.loadscopereorder = False
+
+
 def pytest_collection_finish() -> None:
     gc.freeze()
     gc.enable()
@@ -106,8 +112,12 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     `test_answer_cache` has the law that a kept answer is a fresh one, byte for byte.
     """
-    folder = tmp_path_factory.getbasetemp()
-    return (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "answers"
+    return folder_of_run(tmp_path_factory) / "answers"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kept_in_run(tmp_path_factory: pytest.TempPathFactory) -> None:
+    keep_in(folder_of_run(tmp_path_factory) / "kept")
 
 
 @pytest.fixture(scope="module")

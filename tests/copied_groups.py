@@ -1,12 +1,12 @@
 """Parts that hold one group of solids twice, and the comparison of their seams with those of a search of each group."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from tests.saved_graphs import moved
 from wpcal.brep import BrepGraph
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.transform import RigidTransform
 from wpcal.seam import Seam
 
 FAR = np.array([1500.0, -730.0, 1.25])  #: mm: farther than a torch feels.
@@ -15,16 +15,9 @@ MOVED_MM = 1e-8
 """Frames of copies are those of the first group, moved. Round-off shifts places along free-form curves by 3e-9 mm."""
 
 
-def moved(graph: BrepGraph, shift: FloatArray) -> BrepGraph:
-    """Return a graph of which everything is moved, NURBS included."""
-    return replace(
-        graph,
-        face_frame=graph.face_frame + np.stack([shift, *np.zeros((3, 3))]),
-        edge_frame=graph.edge_frame + np.stack([shift, *np.zeros((3, 3))]),
-        vertex_p=graph.vertex_p + shift,
-        nurbs_surfaces=tuple(replace(s, poles=s.poles + shift) for s in graph.nurbs_surfaces),
-        nurbs_curves=tuple(replace(c, poles=c.poles + shift) for c in graph.nurbs_curves),
-    )
+def shifted(graph: BrepGraph, shift: FloatArray) -> BrepGraph:
+    """Return a graph at another place, not turned."""
+    return moved(graph, RigidTransform(np.eye(3), shift, "moved", "part"))
 
 
 def together(a: BrepGraph, b: BrepGraph) -> BrepGraph:

@@ -60,10 +60,13 @@ def write_cell(folder: Path, record: dict[str, Any]) -> Path:
     return path
 
 
-def with_positioner(**more: Any) -> dict[str, Any]:
+TEE_ON_TABLE = (-75.0, -50.0, 10.0)  #: Where the tee is on the table of the positioner, flat side down.
+
+
+def with_positioner(at: tuple[float, float, float] = (0.0, 0.0, 0.0), **more: Any) -> dict[str, Any]:
     """Return the record of a cell whose part is on a positioner in front of the robot."""
     place = {"xyz_mm": [900, 0, 500], "rpy_deg": [0, 0, 0]}
-    part = {"xyz_mm": [0, 0, 0], "rpy_deg": [0, 0, 0]}
+    part = {"xyz_mm": list(at), "rpy_deg": [0, 0, 0]}
     record = one_robot_record(
         positioner={"arm": "positioner.json", "T_world_base": place, "T_flange_part": part}, **more
     )

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
-import pickle
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -12,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from tests.kept import kept
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.planning.search.pareto import PlanningResult
 from wpcal.planning.search.plan_seam import SWEEP, judge_paths, plan_seam, sweep_paths
-from wpcal.planning.search.problem import CandidatePath, PlanningProblem
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem, SearchProgress
 
 CELLS = Path(__file__).parents[1] / "fixtures" / "cells"
 CELL, SEAMS = CELLS / "two-mh6.json", CELLS / "saddle-seams.json"
@@ -46,25 +45,25 @@ def coarse_search(problem: PlanningProblem) -> PlanningResult:
 
 
 def scan_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Scan few states of every place: what cannot be planned is then refused quickly, for the same reason."""
+    """Scan few states of every place and sweep few weights: plans, and reasons why there is none, come quickly."""
     monkeypatch.setattr("wpcal.planning.search.reachable_states.TURNS", 4)
     monkeypatch.setattr("wpcal.planning.search.reachable_states.ROTATIONS_RAD", (0.0,))
 
+    def sweep(problem: PlanningProblem, progress: SearchProgress, _: object) -> Iterator[CandidatePath]:
+        return sweep_paths(problem, progress, FEW_WEIGHTS)
 
-def shared_search(tmp_path_factory: pytest.TempPathFactory) -> SharedSearch:
-    """Return the searches that all tests share: the first worker runs and stores them, the others read them."""
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent  # of all workers
-    stored = folder / "saddle-search.pickle"
-    with (folder / "saddle-search.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not stored.exists():
-            problem = saddle_problem(THINNED)
-            swept = list(sweep_paths(problem, lambda what, done, of: None))
-            found = SharedSearch(swept, judge_paths(problem, swept), coarse_search(saddle_problem(COARSE)))
-            stored.write_bytes(pickle.dumps(tuple(found)))
-    return SharedSearch(*pickle.loads(stored.read_bytes()))
+    monkeypatch.setattr("wpcal.planning.search.plan_seam.sweep_paths", sweep)
+
+
+def shared_search() -> SharedSearch:
+    """Return the searches that all tests share."""
+    return SharedSearch(*kept("searches of the saddle", _searches))
+
+
+def _searches() -> tuple[list[CandidatePath], PlanningResult, PlanningResult]:
+    problem = saddle_problem(THINNED)
+    swept = list(sweep_paths(problem, lambda what, done, of: None))
+    return swept, judge_paths(problem, swept), coarse_search(saddle_problem(COARSE))
 
 
 def changed(cell, *, arm2=None, T_world_base2=None, links2=None, **more):

@@ -11,7 +11,7 @@ from cad.kernel.primitives import box
 from cad.kernel.to_brep import to_brep
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
-from tests.copied_groups import FAR, MOVED_MM, check_same, moved, together
+from tests.copied_groups import FAR, MOVED_MM, check_same, shifted, together
 from tests.samples.graphs import saddle
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.transform import RigidTransform
@@ -37,7 +37,7 @@ def check(workpiece: Workpiece, monkeypatch: pytest.MonkeyPatch, within_mm: floa
 
 def test_opposed_faces_are_turned_by_the_whole_part(monkeypatch: pytest.MonkeyPatch) -> None:
     one = open_workpiece(BLOCK)
-    twice = Workpiece(together(one.graph, moved(one.graph, np.array([0.0, 0.0, 900.0]))))
+    twice = Workpiece(together(one.graph, shifted(one.graph, np.array([0.0, 0.0, 900.0]))))
     found, _ = find_seams(twice, SeamOptions())
     assert any("opposed" in text for seam in found for text in seam.reasons)
     check(twice, monkeypatch)

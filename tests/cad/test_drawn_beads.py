@@ -7,7 +7,7 @@ import pytest
 
 from cad.kernel.modelling import fused
 from cad.kernel.primitives import box, prism
-from cad.kernel.to_brep import to_brep
+from tests.samples.graphs import graph_of
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import SeamOptions, SeamSource
 from wpcal.seam.search import find_part_seams
@@ -18,7 +18,7 @@ BEADS = [prism([(0, y, 10), (0, y + leg, 10), (0, y, 16)], (200, 0, 0)) for y, l
 
 @pytest.mark.parametrize("bodies", [[*MEMBERS, *BEADS], [reduce(fused, [*MEMBERS, *BEADS])]], ids=["bodies", "fused"])
 def test_a_bead_is_one_seam_at_its_root(bodies: list[object]) -> None:
-    graph = to_brep([(f"S{number}", body) for number, body in enumerate(bodies)])
+    graph = graph_of(*bodies)
     cross = lambda *_: pytest.fail("nothing crosses")  # noqa: E731
     seams = [
         one for one in find_part_seams(graph, TrimmedFaces.of(graph), SeamOptions(), cross=cross).seams if one.accepted

@@ -5,21 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from cad.kernel.call import KernelObject
 from cad.kernel.primitives import box, cut, cylinder, prism
-from cad.kernel.to_brep import to_brep
+from tests.samples.graphs import UP, graph_of
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.find.play import measure_play
 from wpcal.seam.rules import Rule
 
-UP = (0.0, 0.0, 1.0)
 SLOTS_MM = (60.0, 135.0, 210.0)  # where the tabs of the web begin
-
-
-def graph_of(*solids: KernelObject) -> BrepGraph:
-    return to_brep([(f"S{number}", solid) for number, solid in enumerate(solids)])
 
 
 def tabs(play: float) -> BrepGraph:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from build123d import Box, Plane, Polyline, Pos, extrude, make_face, mirror
 
-from cad.kernel.call import KernelObject
 from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
 from tests.few import few
+from tests.samples.graphs import UP, graph_of
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
@@ -18,13 +18,8 @@ from wpcal.seam.find.facing import find_facing
 from wpcal.seam.find.root_gaps import _at_gap
 from wpcal.seam.limits import usual_gap_mm
 
-UP = (0.0, 0.0, 1.0)
 GAPS_MM = [0.3, 0.9, 1.8]
 EXACT_MM = 1e-9
-
-
-def graph_of(*solids: KernelObject) -> BrepGraph:
-    return to_brep([(f"S{number}", solid) for number, solid in enumerate(solids)])
 
 
 def tee(gap: float) -> BrepGraph:

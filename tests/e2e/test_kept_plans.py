@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.one_robot_cells import TEE, one_robot_record, with_positioner, write_cell
+from tests.one_robot_cells import TEE, TEE_ON_TABLE, one_robot_record, with_positioner, write_cell
 from tests.running import run_here
 from wpcal.controllers.judge.execute import execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
@@ -258,8 +258,7 @@ def test_the_audit_sweeps_the_text_of_a_plan_in_its_cell(kept: Path) -> None:
 
 def test_the_audit_sweeps_a_plan_whose_positioner_moves(tmp_path: Path) -> None:
     """The last joint move to the seam tilts the part into the torch: one number of the text."""
-    record = with_positioner()
-    record["positioner"]["T_flange_part"] = {"xyz_mm": [-75, -50, 10], "rpy_deg": [0, 0, 0]}
+    record = with_positioner(TEE_ON_TABLE)
     out = tmp_path / "plan"
     done = run_here("plan", write_cell(tmp_path, record), TEE, "--only", "W2", "-f", "rapid", "-f", "krl", "-o", out)
     assert done.returncode == 0, done.stderr

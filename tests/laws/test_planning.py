@@ -43,13 +43,8 @@ def path(problem):
 
 
 @pytest.fixture(scope="module")
-def searched(tmp_path_factory):
-    return shared_search(tmp_path_factory)
-
-
-@pytest.fixture(scope="module")
-def result(searched):
-    return searched.result
+def result():
+    return shared_search().result
 
 
 @pytest.fixture(scope="module")
@@ -130,20 +125,20 @@ def assert_alike(one, other):
         np.testing.assert_allclose(a.q, b.q, rtol=0, atol=SAME_PLAN_RAD)
 
 
-def test_a_cell_moved_on_its_floor_plans_alike(cell, coarse, searched):
+def test_a_cell_moved_on_its_floor_plans_alike(cell, coarse):
     move = RigidTransform(rotation_from_zyx(0.0, 0.0, np.pi / 2), [1000.0, 2000.0, 300.0], "world", "world")
     bench = tuple(replace(b, p=move.apply(b.p), q=move.apply(b.q), hull=move.apply(b.hull)) for b in cell.bench)
     moved = changed(cell, T_world_base=move @ cell.T_world_base, T_world_base2=move @ cell.T_world_base2, bench=bench)
-    assert_alike(searched.coarse, coarse_search(replace(coarse, cell=moved)))
+    assert_alike(shared_search().coarse, coarse_search(replace(coarse, cell=moved)))
 
 
-def test_other_coordinates_of_the_part_plan_alike(cell, coarse, searched):
+def test_other_coordinates_of_the_part_plan_alike(cell, coarse):
     turn = RigidTransform(rotation_from_zyx(0.3, -0.4, 1.0), [10.0, 20.0, -30.0], "part", "part")
     part = tuple(replace(b, p=turn.apply(b.p), q=turn.apply(b.q)) for b in cell.part)
     other = replace(cell, T_carrier_part=cell.T_part @ turn.inverse(), part=part)
     path = coarse.path
     moved = SeamPath(path.name, path.s_mm, turn.apply(path.p), turn.R @ path.R)
-    assert_alike(searched.coarse, coarse_search(replace(coarse, cell=other, path=moved)))
+    assert_alike(shared_search().coarse, coarse_search(replace(coarse, cell=other, path=moved)))
 
 
 def test_the_target_position_is_what_a_plan_of_that_preference_has(cell, path, result):

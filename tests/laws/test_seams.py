@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.few import few
-from tests.saved_graphs import saved_graph, saved_seams
+from tests.saved_graphs import moved, saved_graph, saved_seams
 from wpcal.brep import BrepGraph
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.trim import distance_to_segments
@@ -30,21 +29,6 @@ MOTIONS = [
     for six in ([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], [0, 0, 0, np.pi, 0, 0], [-5.0, 3.0, 1.0, 0, np.pi / 2, 0])
 ]
 NAMES = ("tee", "lap", "saddle", "frame", "post-base")
-
-
-def moved(graph: BrepGraph, T: RigidTransform) -> BrepGraph:
-    """Move every point and direction of a graph; done here, with no code of wpcal that knows about shapes."""
-
-    def frames(rows: FloatArray) -> FloatArray:
-        return np.concatenate([T.apply(rows[:, 0])[:, None], rows[:, 1:] @ T.R.T], axis=1)
-
-    return replace(
-        graph,
-        face_frame=frames(graph.face_frame),
-        edge_frame=frames(graph.edge_frame),
-        vertex_p=T.apply(graph.vertex_p),
-        nurbs_curves=tuple(replace(curve, poles=T.apply(curve.poles)) for curve in graph.nurbs_curves),
-    )
 
 
 def key(seam: Seam) -> tuple[Any, ...]:

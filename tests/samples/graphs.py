@@ -39,6 +39,11 @@ def numbered(*shapes: Any) -> Solids:
     return [(f"S{number}", shape) for number, shape in enumerate(shapes)]
 
 
+def graph_of(*shapes: Any) -> BrepGraph:
+    """Return the graph of solids with names that say nothing."""
+    return to_brep(numbered(*shapes))
+
+
 def _of_sample(name: str, *, backwards: bool = False) -> Solids:
     members: list[Member] = SAMPLES[name].build()
     solids = [(member, shape) for member, shape, _ in members]

@@ -24,9 +24,9 @@ def few_points(tmp_path_factory):
 
 
 @pytest.fixture
-def swept(tmp_path_factory, monkeypatch):
+def swept(monkeypatch):
     """Give `wpcal plan` paths of the shared sweep instead of a search of its own; tests/e2e has the whole command."""
-    paths = shared_search(tmp_path_factory).swept
+    paths = shared_search().swept
 
     def share(every):
         monkeypatch.setattr("wpcal.planning.search.plan_seam.sweep_paths", lambda *_: iter(paths[::every]))

@@ -8,7 +8,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
+from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, pipe_ring, with_positioner, write_cell
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.judge.asked import asked_of, compare
 from wpcal.controllers.judge.execute import execute
@@ -119,9 +119,7 @@ def moving(request, tmp_path_factory):
         given = read_sequence_input(TEE, cell, ["W2"])
         cell, part, seams = given.placed(cell), given.part, given.seams
     else:
-        record = with_positioner()
-        at = [-75, -50, 10] if request.param == "positioner" else [0, 0, 10]
-        record["positioner"]["T_flange_part"] = {"xyz_mm": at, "rpy_deg": [0, 0, 0]}
+        record = with_positioner(TEE_ON_TABLE if request.param == "positioner" else (0.0, 0.0, 10.0))
         cell = read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), record))
         given = read_sequence_input(TEE, fixed_cell(), ["W2"])
         is_ring = request.param == "ring"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
+from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, pipe_ring, with_positioner, write_cell
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit.two_robots import two_robot_faults
 from wpcal.controllers.judge.written import WrittenWrongError
@@ -61,9 +61,7 @@ def given():
 
 @pytest.fixture(scope="module")
 def sequence(tmp_path_factory, given):
-    record = with_positioner()
-    record["positioner"]["T_flange_part"] = {"xyz_mm": [-75, -50, 10], "rpy_deg": [0, 0, 0]}
-    cell = read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), record))
+    cell = read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), with_positioner(TEE_ON_TABLE)))
     return plan_sequence(cell, given.part, given.seams, SequenceTargets()).sequence
 
 
@@ -279,9 +277,7 @@ def test_on_a_rail_all_languages_state_it(given):
 def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     """The fillet of a pipe on a plate in PA all round: only the positioner moves, and programs follow it."""
     ring = pipe_ring(given.seams[0])
-    record = with_positioner()
-    record["positioner"]["T_flange_part"] = {"xyz_mm": [0, 0, 10], "rpy_deg": [0, 0, 0]}
-    cell = read_one_robot(write_cell(tmp_path, record))
+    cell = read_one_robot(write_cell(tmp_path, with_positioner((0.0, 0.0, 10.0))))
     found = plan_sequence(cell, None, [ring], SequenceTargets(position=WeldPosition.PA)).sequence
     (piece,) = found.pieces
     q = piece.candidate.q

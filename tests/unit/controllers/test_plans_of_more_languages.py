@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
+from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, with_positioner, write_cell
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
@@ -42,9 +42,7 @@ def fixed():
 
 @pytest.fixture(scope="module")
 def turned(tmp_path_factory):
-    record = with_positioner()
-    record["positioner"]["T_flange_part"] = {"xyz_mm": [-75, -50, 10], "rpy_deg": [0, 0, 0]}
-    return made(read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), record)))
+    return made(read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), with_positioner(TEE_ON_TABLE))))
 
 
 def written(program, name):

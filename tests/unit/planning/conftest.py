@@ -20,11 +20,6 @@ NEAR = np.radians([0.0, 0.0, 0.0, 0.0, -45.0, 0.0])  #: Robot 1 bends like this.
 
 
 @pytest.fixture(scope="session")
-def cells():
-    return CELLS
-
-
-@pytest.fixture(scope="session")
 def problem():
     return saddle_problem()
 
@@ -45,9 +40,9 @@ def thin():
 
 
 @pytest.fixture(scope="session")
-def searched(tmp_path_factory):
+def searched():
     """The one search of the thinned saddle: all paths of its sweep, and the plans that came of them."""
-    return shared_search(tmp_path_factory)
+    return shared_search()
 
 
 @pytest.fixture(scope="session")

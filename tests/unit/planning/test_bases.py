@@ -2,12 +2,12 @@
 
 import csv
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from tests.saddle import CELL
 from wpcal.cli.bases import bases
 from wpcal.core.errors import FormatError, GeometryError
 from wpcal.core.rotations import rotation_from_zyx
@@ -15,7 +15,6 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.grasp import BASE1_COLUMNS, BASE2_COLUMNS, measure_bases, read_base_points
 
-CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 EXACT_MM = 1e-6  #: Exact points of two metres through the minimax fit.
 EXACT_RAD = 1e-9
 

@@ -6,6 +6,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from tests.saddle import CELL, CELLS
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.cell_check import cell_check_record, check_cell, mounts
@@ -16,14 +17,14 @@ BOX = [[x, y, z] for x in (-80, 80) for y in (-80, 80) for z in (50, 650)]
 
 
 @pytest.fixture
-def record(cells):
-    return json.loads((cells / "two-mh6.json").read_text(encoding="utf-8"))
+def record():
+    return json.loads(CELL.read_text(encoding="utf-8"))
 
 
 @pytest.fixture
-def told(cells):
+def told():
     def check(record):
-        return {issue.code: issue for issue in check_cell(cell_from_record(record, path=cells / "cell.json"))}
+        return {issue.code: issue for issue in check_cell(cell_from_record(record, path=CELLS / "cell.json"))}
 
     return check
 
@@ -68,9 +69,9 @@ def test_a_riser_that_is_not_stated_is_told(record, told):
     assert "400 mm above the floor" in told(record)["mounting-face"].message
 
 
-def test_the_mounting_face_of_a_tilted_arm_turns_with_it(record, cells):
+def test_the_mounting_face_of_a_tilted_arm_turns_with_it(record):
     record["torch_robot"] |= {"arm": "ar2010", "T_world_base": {"xyz_mm": [0, 0, 1000], "rpy_deg": [90, 0, 0]}}
-    faces = [mount.face for mount in mounts(cell_from_record(record, path=cells / "cell.json"))]
+    faces = [mount.face for mount in mounts(cell_from_record(record, path=CELLS / "cell.json"))]
     np.testing.assert_allclose(faces[0], [0.0, 505.0, 1000.0], rtol=0, atol=1e-9)
 
 
@@ -170,9 +171,9 @@ def test_bases_that_are_too_near_are_told(record, told, x, says):
     assert says in told(record)["bases-too-near"].message
 
 
-def test_the_record_of_a_check_is_of_its_schema(record, cells):
+def test_the_record_of_a_check_is_of_its_schema(record):
     record["bench"] = []
-    cell = cell_from_record(record, path=cells / "cell.json")
+    cell = cell_from_record(record, path=CELLS / "cell.json")
     found = json.loads(to_json(cell_check_record(cell, check_cell(cell))))
     jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/cell-check/1"))).validate(found)
     jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/cell/1"))).validate(record)

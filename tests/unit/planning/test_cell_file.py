@@ -4,6 +4,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from tests.saddle import CELL
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.cell_file import read_cell
@@ -12,8 +13,8 @@ ROUND_OFF = 1e-12
 
 
 @pytest.fixture
-def record(cells):
-    return json.loads((cells / "two-mh6.json").read_text(encoding="utf-8"))
+def record():
+    return json.loads(CELL.read_text(encoding="utf-8"))
 
 
 @pytest.fixture

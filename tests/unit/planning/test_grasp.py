@@ -2,11 +2,11 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.saddle import CELL
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
@@ -15,7 +15,6 @@ from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.grasp import cell_files, read_holding, solve_grasp
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 
-CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 ROUND_OFF_MM = 1e-9
 ROUND_OFF_RAD = 1e-12
 JOINTS = "19,21,36,15,-77,40"

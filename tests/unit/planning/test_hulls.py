@@ -1,13 +1,12 @@
 """Distances of hulls: against a nonnegative least squares of the corners, all pairs one by one, and capsules."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from tests.saddle import changed
+from tests.saddle import CELL, changed
 from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.bodies import body_pairs
 from wpcal.planning.cell.cell import TOOL
@@ -18,7 +17,6 @@ from wpcal.planning.cell.shape import Shape
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 HULL_MM = 2 * FCL_MM  #: FCL's distance is reported this much too small at most: the allowance and its own error.
 LEAST_SQUARES_MM = 1e-3  #: Error of distances of a metre: the sums to one are weighted rows of the least squares.
 ROUND_OFF_MM = 1e-9

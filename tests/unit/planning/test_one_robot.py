@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, one_robot_record, random_axes, with_positioner, write_cell
+from tests.saddle import CELL
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.schemas import schema_text
@@ -139,10 +140,10 @@ def _fcl_margin(cell, part, q):
     return min([least, *floor]) if least > 0 else least
 
 
-def test_old_cells_are_two_robots_and_new_ones_are_one(cells, on_positioner):
-    assert isinstance(read_cell(cells / "two-mh6.json"), Cell)
+def test_old_cells_are_two_robots_and_new_ones_are_one(on_positioner):
+    assert isinstance(read_cell(CELL), Cell)
     with pytest.raises(InputError, match="expected a cell with one robot"):
-        read_one_robot(cells / "two-mh6.json")
+        read_one_robot(CELL)
     assert on_positioner.axis_names[-2:] == ("tilt", "turn")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.few import few
-from tests.one_robot_cells import TEE, fixed_cell, one_robot_record, with_positioner, write_cell
+from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, one_robot_record, with_positioner, write_cell
 from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
@@ -46,9 +46,7 @@ def fixed(given):
 @pytest.fixture(scope="module")
 def turned(given, tmp_path_factory):
     """The tee on a positioner, flat side down on the table."""
-    record = with_positioner()
-    record["positioner"]["T_flange_part"] = {"xyz_mm": [-75, -50, 10], "rpy_deg": [0, 0, 0]}
-    cell = read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), record))
+    cell = read_one_robot(write_cell(tmp_path_factory.mktemp("cell"), with_positioner(TEE_ON_TABLE)))
     return plan_sequence(cell, given.part, given.seams, SequenceTargets(position=WeldPosition.PA))
 
 

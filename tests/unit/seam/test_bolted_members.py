@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.solid_facts import SolidFacts
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
@@ -17,7 +17,7 @@ from wpcal.seam.options import Judging
 
 
 def seams_of(name: str, **judging: object) -> tuple[Seam, ...]:
-    return detect_seams(saved_graph(name), SeamOptions(judging=Judging(**judging)))
+    return saved_seams(name, SeamOptions(judging=Judging(**judging)))
 
 
 def welded(seams: tuple[Seam, ...]) -> dict[tuple[str, ...], float]:

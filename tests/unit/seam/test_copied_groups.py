@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.copied_groups import FAR, WITHIN_MM, check_same, moved, together
+from tests.copied_groups import FAR, WITHIN_MM, check_same, shifted, together
 from tests.few import few
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
@@ -39,7 +39,7 @@ def seams_of_each(graph: BrepGraph, monkeypatch: pytest.MonkeyPatch) -> tuple[Se
 )
 def test_seams_of_copies_are_those_of_a_search(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     graph = saved_graph(name)
-    twice = together(graph, moved(graph, FAR))
+    twice = together(graph, shifted(graph, FAR))
     assert len(find_copies(twice, TrimmedFaces.of(twice), within_mm=WITHIN_MM)) == 1
     found = seams_of(twice)
     assert found
@@ -51,7 +51,7 @@ def test_near_groups_are_judged_with_what_is_around_them(monkeypatch: pytest.Mon
     pitch = np.array([float(np.ptp(graph.vertex_p[:, 0])) + 45.0, 0.0, 0.0])
     row = graph
     for number in range(1, 5):
-        row = together(row, moved(graph, number * pitch))
+        row = together(row, shifted(graph, number * pitch))
     assert copies_of(row, within_mm=40.0) == 4
     found = seams_of(row)
     assert any(set(seam.blocked_by) - set(seam.solids) for seam in found)
@@ -60,7 +60,7 @@ def test_near_groups_are_judged_with_what_is_around_them(monkeypatch: pytest.Mon
 
 def test_a_name_that_changes_the_judgement_of_a_copy_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     graph = saved_graph("tee-under-bar")
-    other = replace(moved(graph, FAR), solid_names=tuple(f"plastic cap {name}" for name in graph.solid_names))
+    other = replace(shifted(graph, FAR), solid_names=tuple(f"plastic cap {name}" for name in graph.solid_names))
     twice = together(graph, other)
     found = seams_of(twice)
     assert len({seam.accepted for seam in found}) == 2
@@ -73,7 +73,7 @@ def copies_of(graph: BrepGraph, within_mm: float = WITHIN_MM) -> int:
 
 def test_what_is_near_turned_or_not_the_same_is_no_copy() -> None:
     graph = saved_graph("saddle-60")
-    far = moved(graph, FAR)
+    far = shifted(graph, FAR)
     assert copies_of(together(graph, far)) == 1
     assert copies_of(together(graph, far), within_mm=2000.0) == 0
     turn = rotation_from_zyx(np.pi / 2, 0.0, 0.0)

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from tests.few import few
-from tests.saved_graphs import saved_graph, saved_seams
-from wpcal.brep import BrepGraph
+from tests.saved_graphs import moved, saved_graph, saved_seams
 from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.records import to_json
-from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.edit import apply_edits, read_edits
@@ -118,29 +117,21 @@ def test_no_accepted_frame_is_in_material_with_tip_or_wire(name: str) -> None:
             assert parts <= {TorchPart.TIP, TorchPart.WIRE}
 
 
-def turned(graph: BrepGraph, R: np.ndarray, shift: np.ndarray) -> BrepGraph:
-    frames = {name: getattr(graph, name) @ R.T for name in ("face_frame", "edge_frame", "vertex_p")}
-    frames["vertex_p"] = frames["vertex_p"] + shift
-    for name in ("face_frame", "edge_frame"):
-        frames[name][:, 0] += shift
-    return replace(graph, **frames)
-
-
 @pytest.mark.parametrize("name", few(PARTS, 2))
 def test_turning_the_part_changes_no_stretch(name: str) -> None:
-    moved = turned(saved_graph(name), rotation_from_zyx(0.3, -0.5, 1.2), np.array([400.0, -30.0, 77.0]))
+    T = RigidTransform.from_six_tuple([400.0, -30.0, 77.0, 0.3, -0.5, 1.2], target="moved", source="part")
 
     def rows(seams: tuple[Seam, ...]) -> list[tuple[object, ...]]:
         return sorted((s.solids, s.inside, round(s.length_mm, 2), s.accepted) for s in seams)
 
-    assert rows(detect_seams(moved)) == rows(saved_seams(name))
+    assert rows(detect_seams(moved(saved_graph(name), T))) == rows(saved_seams(name))
 
 
 @pytest.mark.deep
 def test_coarse_points_change_no_cut() -> None:
     coarse = SeamOptions(steps=StepOptions(chord_mm=3.0, max_step_mm=500.0))
     found = [
-        [(s.solids, s.inside, round(s.length_mm, 6)) for s in detect_seams(saved_graph(part), options)]
+        [(s.solids, s.inside, round(s.length_mm, 6)) for s in saved_seams(part, options)]
         for part in ("boss-with-ribs", "saddle")
         for options in (SeamOptions(), coarse)
     ]
@@ -149,7 +140,7 @@ def test_coarse_points_change_no_cut() -> None:
 
 def test_a_marked_edge_through_a_block_is_refused_there_with_solid_and_place() -> None:
     graph = saved_graph("crossed-tee")
-    (whole,) = [s for s in detect_seams(graph) if s.inside == ("block",) and set(s.solids) == {"base", "web"}]
+    (whole,) = [s for s in saved_seams("crossed-tee") if s.inside == ("block",) and set(s.solids) == {"base", "web"}]
     marked = MarkedEdges(whole.pieces.edge[:1], ("picked",))
     found = seams_between(detect_seams(graph, marked=marked), "base", "web")
     seams = [seam for seam in found if seam.source is SeamSource.MARKED]
@@ -158,8 +149,7 @@ def test_a_marked_edge_through_a_block_is_refused_there_with_solid_and_place() -
 
 
 def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_path: Path) -> None:
-    graph = saved_graph("crossed-tee")
-    seams = detect_seams(graph)
+    graph, seams = saved_graph("crossed-tee"), saved_seams("crossed-tee")
     record = json.loads(to_json(seams_record(seams)))
     for seam in record["seams"]:
         if seam["inside"]:
@@ -187,7 +177,7 @@ def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() 
 
 def test_a_stretch_on_a_bridge_has_no_edge_and_is_left_out() -> None:
     graph, trimmed = saved_graph("tee"), TrimmedFaces.of(saved_graph("tee"))
-    seam = next(seam for seam in detect_seams(graph) if seam.accepted)
+    seam = next(seam for seam in saved_seams("tee") if seam.accepted)
     one = seam.pieces.select(np.array([0]))
     way = np.sign(one.t1 - one.t0)
     before, after = replace(one, t1=one.t0 + 3.0 * way), replace(one, t0=one.t0 + 5.0 * way)

@@ -1,14 +1,12 @@
 """Seams that a person cut, joined or turned: computed and judged anew, never taken over."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
-from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.path.corners import CORNER_MM, CORNER_STEP_RAD
 from wpcal.seam.path.turning import rotation_angles
@@ -17,13 +15,8 @@ from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
 ROUND_OFF_MM = 1e-9
 
 
-@cache
-def found(name: str) -> tuple[Seam, ...]:
-    return detect_seams(saved_graph(name), SeamOptions())
-
-
 def candidate(name: str, part: str = "tee") -> Candidate:
-    (own,) = (seam.candidate for seam in found(part) if seam.name == name)
+    (own,) = (seam.candidate for seam in saved_seams(part) if seam.name == name)
     assert own is not None
     return own
 
@@ -35,7 +28,9 @@ def joined(name: str, range_mm: tuple[float, float] | None = None) -> JoinedStre
 def after(*edits: tuple[str, SeamEdit], part: str = "tee") -> dict[str, Seam]:
     graph = saved_graph(part)
     placed = [PlacedEdit(candidate(name, part), edit, "edits.json") for name, edit in edits]
-    return {seam.name: seam for seam in apply_edits(graph, TrimmedFaces.of(graph), found(part), placed, SeamOptions())}
+    return {
+        seam.name: seam for seam in apply_edits(graph, TrimmedFaces.of(graph), saved_seams(part), placed, SeamOptions())
+    }
 
 
 def ends(seam: Seam) -> tuple[list[float], list[float]]:
@@ -44,7 +39,7 @@ def ends(seam: Seam) -> tuple[list[float], list[float]]:
 
 
 def test_cut_pieces_joined_again_are_the_seam() -> None:
-    whole = found("tee")[1]
+    whole = saved_seams("tee")[1]
     seams = after(("W2", SeamEdit(range_mm=(0.0, 60.0), join=(joined("W2", (60.0, 150.0)),))))
     assert seams["W2"].length_mm == pytest.approx(whole.length_mm, rel=0, abs=ROUND_OFF_MM)
     assert ends(seams["W2"]) == ends(whole)
@@ -107,7 +102,7 @@ def test_what_cannot_be_joined_is_said(edits: list[tuple[str, SeamEdit]], said: 
 
 
 def test_the_other_side_is_turned_about_the_direction_of_travel_and_stays_refused_inside_material() -> None:
-    plain = found("tee")[1].frames
+    plain = saved_seams("tee")[1].frames
     turned = after(("W2", SeamEdit(other_side=True, accept=True)))["W2"]
     np.testing.assert_allclose(turned.frames.R, plain.R * [1.0, -1.0, -1.0], rtol=0, atol=1e-12)
     assert not turned.accepted
@@ -117,7 +112,7 @@ def test_the_other_side_is_turned_about_the_direction_of_travel_and_stays_refuse
 
 def test_reach_is_felt_on_the_stretch_and_not_taken_from_the_whole() -> None:
     """A refused seam of the frame stays refused in parts, and what a person accepts says so."""
-    name, length_mm = next((seam.name, seam.length_mm) for seam in found("frame") if not seam.reachable)
+    name, length_mm = next((seam.name, seam.length_mm) for seam in saved_seams("frame") if not seam.reachable)
     kept = after((name, SeamEdit(range_mm=(0.0, length_mm / 2))), part="frame")[name]
     assert (kept.accepted, kept.reachable) == (False, False)
     assert kept.blocked_by

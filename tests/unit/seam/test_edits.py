@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +9,12 @@ import jsonschema
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
-from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
+from wpcal.seam import Seam, SeamOptions, StepOptions
 from wpcal.seam.edit import apply_edits, read_edits
 from wpcal.seam.record import seams_from_record, seams_record
 
@@ -24,13 +23,8 @@ ROUND_OFF_MM = 1e-9
 Edit = Callable[[list[dict[str, Any]]], None]
 
 
-@cache
-def found(name: str = "tee") -> tuple[Seam, ...]:
-    return detect_seams(saved_graph(name), SeamOptions())
-
-
 def edited_file(folder: Path, edit: Edit, name: str = "tee") -> Path:
-    record = json.loads(to_json(seams_record(found(name))))
+    record = json.loads(to_json(seams_record(saved_seams(name))))
     edit(record["seams"])
     jsonschema.validate(record, json.loads(schema_text("wpcal/seams/1")))
     path = folder / "seams.json"
@@ -41,14 +35,14 @@ def edited_file(folder: Path, edit: Edit, name: str = "tee") -> Path:
 def after(path: Path, name: str = "tee", options: SeamOptions | None = None) -> dict[str, Seam]:
     graph, options = saved_graph(name), options or SeamOptions()
     trimmed = TrimmedFaces.of(graph)
-    seams = detect_seams(graph, options, trimmed=trimmed)
+    seams = saved_seams(name, options)
     return {seam.name: seam for seam in apply_edits(graph, trimmed, seams, read_edits(path), options)}
 
 
 def test_a_file_without_edits_changes_nothing(tmp_path: Path) -> None:
     path = edited_file(tmp_path, lambda seams: None)
     assert read_edits(path) == ()
-    assert to_json(seams_record(tuple(after(path).values()))) == to_json(seams_record(found()))
+    assert to_json(seams_record(tuple(after(path).values()))) == to_json(seams_record(saved_seams("tee")))
 
 
 def test_reject_reverse_name_and_range(tmp_path: Path) -> None:
@@ -57,7 +51,7 @@ def test_reject_reverse_name_and_range(tmp_path: Path) -> None:
         seams[1]["edit"] = {"reverse": True, "name": "front"}
         seams[2]["edit"] = {"range_mm": [20, 120.5]}
 
-    W2, W3 = found()[1:3]
+    W2, W3 = saved_seams("tee")[1:3]
     seams = after(edited_file(tmp_path, edit))
     assert list(seams) == ["W1", "front", "W3", "W4"]
     assert not seams["W1"].accepted
@@ -76,7 +70,7 @@ def test_a_part_of_a_loop_begins_and_ends_on_the_curve(tmp_path: Path) -> None:
     def edit(seams: list[dict[str, Any]]) -> None:
         seams[0]["edit"] = {"range_mm": [10, 60], "accept": True}
 
-    (whole, *_) = found("saddle")
+    (whole, *_) = saved_seams("saddle")
     part = after(edited_file(tmp_path, edit, "saddle"), "saddle")["W1"]
     assert (whole.closed, part.closed, part.accepted) == (True, False, True)
     assert part.length_mm == pytest.approx(50.0, rel=0, abs=1e-9)
@@ -147,7 +141,7 @@ def test_an_edit_that_does_not_fit_the_part_is_refused(edit: Edit, message: str,
     ],
 )
 def test_an_edit_that_breaks_the_form_is_refused(value: Any, message: str, tmp_path: Path) -> None:
-    record = json.loads(to_json(seams_record(found())))
+    record = json.loads(to_json(seams_record(saved_seams("tee"))))
     record["seams"][0]["edit"] = value
     path = tmp_path / "seams.json"
     path.write_text(json.dumps(record), encoding="utf-8")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.saved_graphs import saved_graph, saved_seams
-from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
+from wpcal.seam import ConcaveEdges, SeamOptions, detect_seams
 
 LENGTH_MM = 0.01  # the agreed accuracy of a seam's length
 ANGLE_RAD = 1e-6  # exact surfaces; the intersection curve of the kernel is good to 1e-7 mm on a 35 mm radius
@@ -31,14 +31,10 @@ WITH_ENDS = ("joint-tee", "joint-tee-gap", "joint-tee-in-one", "joint-corner", "
 """On these, two seams go across the ends of a plate beside long ones."""
 
 
-def seams_of(name: str) -> tuple[Seam, ...]:
-    return saved_seams(name)
-
-
 @pytest.mark.parametrize("name", list(CASES))
 def test_every_seam_is_found_and_named(name: str) -> None:
     expected, length = CASES[name]
-    seams = seams_of(name)
+    seams = saved_seams(name)
     assert Counter((seam.joint.value, seam.weld.value) for seam in seams) == expected
     assert sum(seam.length_mm for seam in seams) == pytest.approx(length, rel=0, abs=LENGTH_MM)
     ends = [round(seam.length_mm, 3) for seam in seams if not seam.accepted]
@@ -47,17 +43,17 @@ def test_every_seam_is_found_and_named(name: str) -> None:
 
 
 def test_the_gap_is_reported() -> None:
-    seams = seams_of("joint-tee-gap")
+    seams = saved_seams("joint-tee-gap")
     assert [seam.gap_mm for seam in seams] == [pytest.approx((0.4, 0.4, 0.4), rel=0, abs=1e-9)] * 4
 
 
 def test_parts_that_do_not_touch_have_no_seam_within_the_given_gap() -> None:
     assert detect_seams(saved_graph("joint-tee-apart"), SeamOptions(gap_mm=0.5)) == ()
-    assert [seam.gap_mm[0] for seam in seams_of("joint-tee-apart")] == [pytest.approx(1.0, rel=0, abs=1e-9)] * 4
+    assert [seam.gap_mm[0] for seam in saved_seams("joint-tee-apart")] == [pytest.approx(1.0, rel=0, abs=1e-9)] * 4
 
 
 def test_the_saddle_has_an_outer_loop_and_an_inner_one_out_of_reach() -> None:
-    outer, inner = seams_of("saddle-90")
+    outer, inner = saved_seams("saddle-90")
     assert (outer.closed, outer.accepted, inner.closed, inner.accepted) == (True, True, True, False)
     # outer radius 35 on radius 60: square at the crown, acos(35/60) between the normals at the flank
     angle = outer.frames.angle_rad
@@ -71,7 +67,7 @@ def test_the_saddle_has_an_outer_loop_and_an_inner_one_out_of_reach() -> None:
 
 
 def test_the_saddle_of_60_degrees_has_both_loops() -> None:
-    assert [(seam.closed, seam.accepted) for seam in seams_of("saddle-60")] == [(True, True), (True, False)]
+    assert [(seam.closed, seam.accepted) for seam in saved_seams("saddle-60")] == [(True, True), (True, False)]
 
 
 @pytest.mark.parametrize(

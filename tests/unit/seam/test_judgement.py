@@ -5,15 +5,15 @@ from typing import Any
 
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_seams
 from wpcal.core.errors import InputError
-from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.limits import Level
 from wpcal.seam.options import Judging
 
 
 def seams_of(name: str, **options: Any) -> tuple[Seam, ...]:
-    return detect_seams(saved_graph(name), SeamOptions(**options))
+    return saved_seams(name, SeamOptions(**options))
 
 
 def accepted(seams: tuple[Seam, ...]) -> set[tuple[str, ...]]:

@@ -6,7 +6,7 @@ import pytest
 from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
+from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.find.built_up import LEAST_BUILT_UP, built_up_share
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.formed import are_bends
@@ -20,7 +20,7 @@ def trimmed(name: str) -> tuple[BrepGraph, TrimmedFaces]:
 
 
 def accepted(name: str, **options: ConcaveEdges) -> list[Seam]:
-    return [seam for seam in detect_seams(saved_graph(name), SeamOptions(**options)) if seam.accepted]
+    return [seam for seam in saved_seams(name, SeamOptions(**options)) if seam.accepted]
 
 
 @pytest.mark.parametrize("name", ["joint-tee-in-one", "lap-in-one", "post-base", "hollow-corner", "bead-pipe", "angle"])

@@ -13,7 +13,7 @@ from wpcal.core.motion import APPROACH_MM
 from wpcal.core.records import to_json
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH
-from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
+from wpcal.seam import Seam, SeamOptions, StepOptions
 from wpcal.seam.judge.leans import Leans, back_directions
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.reach import find_in_ways
@@ -76,7 +76,7 @@ def test_a_lean_changes_no_faster_than_asked_or_the_seam_says_where() -> None:
 def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
     graph = saved_graph("tee-beside-block")
     material = ExactMaterial(graph, TrimmedFaces.of(graph))
-    on = [seam for seam in detect_seams(graph) if seam.frames.p[0, 1] == seam.frames.p[-1, 1] == 46.0]
+    on = [seam for seam in saved_seams("tee-beside-block") if seam.frames.p[0, 1] == seam.frames.p[-1, 1] == 46.0]
     assert [seam.accepted for seam in on] == [True, False, True]
     before, blocked, after = sorted(on, key=lambda seam: float(seam.frames.p[0, 0]))
     assert blocked.blocked_by == ("block",)
@@ -126,7 +126,7 @@ def test_the_torch_leans_away_from_a_wall_and_is_straight_elsewhere() -> None:
 def test_coarse_stations_are_felt_between_them() -> None:
     coarse = SeamOptions(steps=StepOptions(chord_mm=1.0, max_step_mm=500.0))
     for options in (SeamOptions(), coarse):
-        seams = detect_seams(saved_graph("tee-beside-block"), options)
+        seams = saved_seams("tee-beside-block", options)
         blocked = [seam for seam in seams if seam.blocked_by == ("block",)]
         assert [round(seam.length_mm) for seam in blocked] == [30]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
-from wpcal.seam import Seam, SeamOptions, detect_seams
+from tests.saved_graphs import saved_seams
+from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.path.corners import CORNER_STEP_RAD
 from wpcal.seam.path.turning import rotation_angles
 from wpcal.seam.record import seams_from_record, seams_record
@@ -13,7 +13,7 @@ ROUND_OFF = 1e-9
 
 
 def seams_of(name: str, *, wrap: bool = False, **options: float) -> tuple[Seam, ...]:
-    return detect_seams(saved_graph(name), SeamOptions(wrap=wrap, **options))
+    return saved_seams(name, SeamOptions(wrap=wrap, **options))
 
 
 def test_the_ends_of_a_web_are_wraps_of_the_seams_along_it() -> None:
