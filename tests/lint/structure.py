@@ -13,13 +13,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_728,
-    "lines of tests": 63_446,
+    "lines of wpcal and cad": 121_771,
+    "lines of tests": 63_453,
     "rooms": 21,
     "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
-    "functions with more than 6 parameters": 59,
+    "functions with more than 6 parameters": 55,
     "functions with more than 10 branches, per thousand": 27,
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)

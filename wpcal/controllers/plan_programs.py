@@ -56,8 +56,8 @@ def write_plan(
 
     `part`: In `part`.
 
-    Between two points of a plan a line or an arc may turn the torch otherwise than the plan does. Where that is not
-    free, seams have shorter moves.
+    Between two points of a plan a line or an arc may turn the torch otherwise than the plan does. If that is not free,
+    such a seam keeps nearer to the plan.
 
     Raises `FormatError` when a template of the user has a fault.
     """

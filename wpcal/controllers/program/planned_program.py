@@ -26,12 +26,13 @@ from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.weld_sequence import AIR_SHARE, Way
 from wpcal.robot.kinematics.inverse import TURN, own_branch
-from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
+from wpcal.robot.moves import PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import SeamFrames
 
 WITHOUT_FRAME = 0  #: The number of the user frame that is the base of the robot.
-NARROW = 0.25  #: Of the usual tolerance: half a degree moves the body of a torch by 3 mm, all its room.
+NARROWER = (1.0, 0.25, 0.0625)
+"""Shares of the tolerance that are tried: half a degree moves the body of a torch by 3 mm, as much as its room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,18 +164,33 @@ class _Frame:
 
 def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput, frame: _Frame) -> WeldPath:
     cell, task, q = plan.cell, piece.task, piece.q
-    T_part = np.linalg.inv(frame.places(q)) @ cell.part_places(q)
+    into = np.linalg.inv(frame.places(q))
+    T_part, T_tool = into @ cell.part_places(q), into @ cell.tool_places(q)
     R_seam = T_part[:, :3, :3] @ task.R
     p_seam = np.einsum("nij,nj->ni", T_part[:, :3, :3], task.p) + T_part[:, :3, 3]
-    is_woven = of.run is not None and of.run.is_woven
     moves = None
-    for tolerance in () if output.tolerance is None or is_woven else (output.tolerance, _narrow(output.tolerance)):
-        moves, T, joints = _fitted(cell, piece, R_seam[:, :, 0], tolerance, frame)
+    tolerance = None if of.run is not None and of.run.is_woven else output.tolerance
+    for allowed in () if tolerance is None else map(tolerance.narrowed, NARROWER):
+        moves = fit_moves(
+            T_tool[:, :3, 3],
+            T_tool[:, :3, :3],
+            s_mm=task.s_mm,
+            headings=R_seam[:, :, 0],
+            standoff_mm=task.more_wire_mm,
+            tolerance=allowed,
+            arcs=frame.has_arcs,
+            spin_is_free=False,
+        )
+        near = np.stack([np.interp(moves.s_mm, task.s_mm, column) for column in q.T], axis=1)
+        T = poses(moves.R, moves.p)
+        T_base = np.linalg.inv(cell.base_places(near)) @ frame.places(near)
+        joints = _joints_at(cell, piece.branch, T_base @ T, near)
         if output.is_free is None or output.is_free(T[moves.ends], moves.vias, joints[moves.ends]):
             break
-        moves = None
-    if moves is None:
-        T, joints = _every_point(cell, piece, frame)
+    if moves is None:  # a line to every point of the seam file, or of a weave
+        own_point = task.is_source.copy()
+        own_point[[0, -1]] = True  # of a cut
+        T, joints = T_tool[own_point], q[own_point]
     ends = piece.states[[0, -1]]
     T_ends = np.linalg.inv(frame.places(ends)) @ cell.tool_places(ends)
     T = np.concatenate([T_ends[:1], T, T_ends[1:]])
@@ -198,42 +214,6 @@ def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput,
         external=external,
         speed_mm_s=piece.speed_mm_s(cell, plan.speed_mm_s) / (1.0 if of.run is None else of.run.speed_ratio),
     )
-
-
-def _narrow(usual: PathTolerance) -> PathTolerance:
-    """Return the tolerance of a seam whose usual moves are not free: they also turn about the wire as the plan does."""
-    wire_rad = NARROW * usual.wire_rad
-    return PathTolerance(NARROW * usual.mm, wire_rad, wire_rad)
-
-
-def _fitted(
-    cell: Cell, piece: KeptPiece, headings: FloatArray, tolerance: PathTolerance, frame: _Frame
-) -> tuple[MovePath, FloatArray, FloatArray]:
-    """Return the fewest lines and arcs along a piece, and poses (m, 4, 4) and axes (m, k) at its points."""
-    task, q = piece.task, piece.q
-    T_tool = np.linalg.inv(frame.places(q)) @ cell.tool_places(q)
-    moves = fit_moves(
-        T_tool[:, :3, 3],
-        T_tool[:, :3, :3],
-        s_mm=task.s_mm,
-        headings=headings,
-        standoff_mm=task.more_wire_mm,
-        tolerance=tolerance,
-        arcs=frame.has_arcs,
-        spin_is_free=False,
-    )
-    near = np.stack([np.interp(moves.s_mm, task.s_mm, column) for column in q.T], axis=1)
-    T = poses(moves.R, moves.p)
-    T_base = np.linalg.inv(cell.base_places(near)) @ frame.places(near)
-    return moves, T, _joints_at(cell, piece.branch, T_base @ T, near)
-
-
-def _every_point(cell: Cell, piece: KeptPiece, frame: _Frame) -> tuple[FloatArray, FloatArray]:
-    """Return poses (m, 4, 4) and axes (m, k) at every point of the seam file, or of a weave."""
-    own_point = piece.task.is_source.copy()
-    own_point[[0, -1]] = True  # of a cut
-    q = piece.q[own_point]
-    return np.linalg.inv(frame.places(q)) @ cell.tool_places(q), q
 
 
 def _joints_at(cell: Cell, branch: int, T_base_tool: FloatArray, near: FloatArray) -> FloatArray:

@@ -68,6 +68,11 @@ class PathTolerance:
             if not 0.0 < value < math.inf:
                 raise InputError(f"{name}: expected a positive number, got {value:g}")
 
+    def narrowed(self, share: float) -> PathTolerance:
+        """Return a share of the tolerance. Less than all of it also bounds the turn about the wire."""
+        side_rad = self.side_rad if share == 1.0 else min(self.side_rad, self.wire_rad)
+        return PathTolerance(share * self.mm, share * self.wire_rad, share * side_rad)
+
 
 USUAL_TOLERANCE = PathTolerance()
 Condition = Callable[[FloatArray, FloatArray], BoolArray]

@@ -222,7 +222,7 @@ class _Touching:
 
     def _bisected(self, edge: IntArray, face: IntArray, good: FloatArray, bad: FloatArray, holds: Holds) -> FloatArray:
         """Bisect between parameters where something is true and parameters where it is not."""
-        for _ in range(BISECTIONS):
+        for _ in range(BISECTIONS if len(edge) else 0):
             middle = (good + bad) / 2
             here = holds(edge, face, middle)
             good, bad = np.where(here, middle, good), np.where(here, bad, middle)
