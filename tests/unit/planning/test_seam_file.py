@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.saddle import CELLS
 from wpcal.core.errors import FormatError, FrameError, InputError
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_zyx
 from wpcal.core.transform import RigidTransform
@@ -14,8 +15,8 @@ ROUND_OFF_MM = 1e-9  #: There and back by a transform of a metre.
 
 
 @pytest.fixture
-def record(cells):
-    return json.loads((cells / "saddle-seams.json").read_text(encoding="utf-8"))
+def record():
+    return json.loads((CELLS / "saddle-seams.json").read_text(encoding="utf-8"))
 
 
 def written(tmp_path, record):
