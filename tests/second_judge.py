@@ -24,6 +24,7 @@ from tests.wire_judge import Array, off_surface, winding
 STEP_MM, STEP_RAD = 5.0, 0.05  #: Between two judged states.
 ALONG_MM = 5.0  #: Between points of the wire and of a capsule.
 TIP_MM = 3.0  #: So much of the wire is at the seam.
+OPEN_MM2 = 1.0  #: The sum of all areas of a closed surface is no more, of triangles in single precision.
 DEEP_MM = 0.3  #: A point that is less deep is on the surface.
 MOST_DEG = (
     1.0  #: Joints of the text and those of its poses: near a singular pose they differ by more than their digits.
@@ -216,7 +217,8 @@ class SecondJudge:
         for _ in range(24):
             now = self.tool(q)
             turn = T[:3, :3] @ now[:3, :3].T
-            off = np.concatenate([T[:3, 3] - now[:3, 3], 250.0 * (turn - turn.T)[[2, 0, 1], [1, 2, 0]]])
+            sine = (turn - turn.T)[[2, 0, 1], [1, 2, 0]] / 2.0  # of a small turn, its rotation vector
+            off = np.concatenate([T[:3, 3] - now[:3, 3], 500.0 * sine])
             left = float(np.abs(off).max())
             if left < 1e-4:
                 return q
@@ -289,6 +291,8 @@ def _solids(corners: Array) -> list[tuple[Array, Array, Array]]:
     links = coo_array((np.ones(2 * len(a)), (np.tile(a, 2), np.concatenate([b, c]))), shape=(at.max() + 1,) * 2)
     label = connected_components(links)[1][a]
     own = [corners[label == each] for each in np.unique(label)]
+    areas = [np.cross(each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]).sum(axis=0) for each in own]
+    assert np.abs(areas).max() < OPEN_MM2, "a solid is not closed: what is inside it would not be seen"
     return [(each.min(axis=(0, 1)), each.max(axis=(0, 1)), each) for each in own]
 
 

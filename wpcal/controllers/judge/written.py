@@ -213,9 +213,9 @@ def _require_free(trace: Trace, found: Compared, asked: Asked, program: WeldProg
     strange = {id(motion) for motion in found.others}.difference(map(id, added))
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
     torch, start = program.torch, max((start_mm(path.seam) for path in program.paths), default=START_MM)
-    more = [0.0, *(path.seam.more_wire_mm for path in program.paths)]
+    more = dict(enumerate((path.seam.more_wire_mm for path in program.paths), 1))
     motions = [motion for motion in trace.motions if id(motion) not in strange]
-    own = [dict(enumerate(more)).get(motion.seam, 0.0) for motion in motions]
+    own = [more.get(motion.seam, 0.0) for motion in motions]
     for meeting in meetings(
         motions, part, program.shape, torch.tool_axis, standoff_mm=torch.standoff_mm, more_wire_mm=own, start_mm=start
     ):
