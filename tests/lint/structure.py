@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_771,
+    "lines of wpcal and cad": 121_752,
     "lines of tests": 63_458,
     "rooms": 21,
     "arrows between rooms": 107,

@@ -391,7 +391,7 @@ def test_tool_data_are_read_from_programs(tmp_path, name, text, tool, place):
         ("MODULE x\nENDMODULE", None, "no tool data"),
         ("TOOL_DATA[3]={X 1,Y 2,Z 3,A 0,B 0,C 0}\n$TOOL={X 0,Y 0,Z 1,A 0,B 0,C 0}", None, "several tools: name one"),
         ("TOOL_DATA[3]={X 1,Y 2,Z 3,A 0,B 0,C 0}", "7", "no tool '7'"),
-        ("tooldata t:=[TRUE,[[1,2,3],[5,0,0,0]]]", None, "the quaternion has length 5"),
+        ("PERS tooldata t:=[TRUE,[[1,2,3],[5,0,0,0]]]", None, "the quaternion has length 5"),
     ],
 )
 def test_tool_data_that_cannot_be_read_are_one_line(tmp_path, text, tool, says):

@@ -15,7 +15,7 @@ import numpy as np
 
 from wpcal.controllers.abb.grammar import GRAMMAR
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, TryNextError
-from wpcal.controllers.abb.statements import MARK, STORAGE, Data, Declaration, ModuleReader, Procedure, instruction
+from wpcal.controllers.abb.statements import MARK, Data, Declaration, ModuleReader, Procedure, declared, instruction
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.run.blocks import LeaveError, Node, text_of
 from wpcal.controllers.run.machine import Matrix, about, rigid
@@ -86,10 +86,10 @@ class Interpreter(Instructions):
             self.routines[self.declare(name, file, self.routines)] = self.procedures[name] = routine
 
     def _made(self, each: Declaration) -> Data:
-        kind = each.kind
-        value = self.value(each.tokens) if each.tokens else [] if each.is_array else empty(kind)
-        value = [typed(kind, one) for one in value] if each.is_array else typed(kind, value)
-        return Data(each.storage, kind, value, each.is_array)
+        kind, is_array = each.kind, bool(each.size)
+        value = self.value(each.tokens) if each.tokens else [] if is_array else empty(kind)
+        value = [typed(kind, one) for one in value] if is_array else typed(kind, value)
+        return Data(each.storage, kind, value, is_array)
 
     # -- names -----------------------------------------------------------------------------------------------------
 
@@ -253,8 +253,8 @@ class Interpreter(Instructions):
                 break
 
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
-        if word in STORAGE:
-            self._declare(tokens)
+        if (found := declared(tokens, [self.line])) is not None:
+            self.locals[-1][found.name.upper()] = self._made(found)
         elif tokens[1:2] and tokens[1] in {".", "{", ":="} and ":=" in tokens:
             equals = tokens.index(":=")
             self.assign(tokens[:equals], self.value(tokens[equals + 1 :]))
@@ -264,12 +264,6 @@ class Interpreter(Instructions):
                 if options:
                     raise ProgramError(f"{tokens[0]} is unknown")
                 self.routine(tokens[0], arguments)
-
-    def _declare(self, tokens: list[str]) -> None:
-        storage, kind, name = tokens[0].upper(), tokens[1].lower(), tokens[2].upper()
-        is_array, equals = tokens[3:4] == ["{"], tokens.index(":=") if ":=" in tokens else len(tokens)
-        value = self.value(tokens[equals + 1 :]) if equals < len(tokens) else empty(kind)
-        self.locals[-1][name] = Data(storage, kind, value if is_array else typed(kind, value), is_array)
 
     def count(self, node: Node, tokens: list[str]) -> None:
         """Run a block with a variable that counts, by default down where the last value is less."""

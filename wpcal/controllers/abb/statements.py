@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -39,8 +39,8 @@ class Declaration(NamedTuple):
     storage: str
     kind: str
     name: str
-    is_array: bool
-    tokens: list[str]
+    size: list[str]  #: The tokens of the size of an array, in braces.
+    tokens: list[str]  #: Of its value.
     is_local: bool = False  #: Whether only its module knows it.
 
 
@@ -50,6 +50,40 @@ class Procedure(Steps):
 
     kinds: tuple[tuple[str, str], ...] = ()  #: How each parameter is given (IN, VAR, PERS, INOUT), and its type.
     handler: Sequence[Node] | None = None
+
+
+Tokens = tuple[list[str], list[int]]  #: Of a statement, and their lines.
+
+
+def statements_of(text: str) -> Iterator[Tokens]:
+    """Yield what is between semicolons, or before data, whatever it says and wherever it is."""
+    tokens, lines = list[str](), list[int]()
+    for number, bare, _ in _rows(text):
+        for token in tokens_of(bare, SYNTAX, is_strict=False):
+            if token == ";" or token.upper() in STORAGE:
+                yield tokens, lines
+                tokens, lines = [], []
+            if token != ";":
+                tokens.append(token)
+                lines.append(number)
+    yield tokens, lines
+
+
+def declared(tokens: Sequence[str], lines: Sequence[int]) -> Declaration | None:
+    """Return what a statement declares; None if it is not ``CONST type name{n} := value``."""
+    equals = tokens.index(":=") if ":=" in tokens else len(tokens)
+    head = tokens[:equals]
+    if len(head) < 3 or head[0].upper() not in STORAGE or (head[3:] and (head[3], head[-1]) != ("{", "}")):
+        return None
+    storage, kind, name, *size = head
+    return Declaration(lines[0], storage.upper(), kind.lower(), name, size, [*tokens[equals + 1 :]])
+
+
+def declarations(statements: Iterable[Tokens], *kinds: str) -> Iterator[Declaration]:
+    """Yield the data of these types that get a value."""
+    for each in (declared(*statement) for statement in statements):
+        if each is not None and each.kind in kinds and each.tokens:
+            yield each
 
 
 class ModuleReader:
@@ -62,8 +96,7 @@ class ModuleReader:
         self.routines: dict[str, Procedure] = {}
         self.tokens: list[str] = []
         self.lines: list[int] = []
-        for number, line in enumerate(re.sub(r"^\s*%%%.*?%%%", _blank_lines, text, flags=re.DOTALL).splitlines(), 1):
-            bare, comment = without_comment(line, "!")
+        for number, bare, comment in _rows(text):
             try:
                 found = tokens_of(bare, SYNTAX)
             except ProgramError as error:
@@ -141,21 +174,20 @@ class ModuleReader:
             raise self.fault(f"{word!r} is no declaration")
 
     def _declaration(self) -> Declaration:
-        line, storage, kind, name = self.line, self.take().upper(), self.take().lower(), self.take()
-        if len(name) > MOST_NAME:
-            raise self.fault(f"{name} has more than {MOST_NAME} characters")
-        is_array, tokens = self.peek() == "{", list[str]()
-        if is_array:
-            self.take()
-            self.until("}")
-            self.take()
-        if self.peek() == ":=":
-            self.take()
-            tokens = self.until(";")
-        elif storage != "VAR":
-            raise self.fault(f"{storage} {name} has no value")
-        self.take(";")
-        return Declaration(line, storage, kind, name, is_array, tokens)
+        begin, lines = self.at, self.lines
+        while self.take() != ";":
+            pass
+        tokens = self.tokens[begin : self.at - 1]
+        found = declared(tokens, lines[begin : self.at])
+        if found is None:
+            what = f"{' '.join(tokens)[:40]!r} is not a declaration"
+        elif len(found.name) > MOST_NAME:
+            what = f"{found.name} has more than {MOST_NAME} characters"
+        elif not found.tokens and found.storage != "VAR":
+            what = f"{found.storage} {found.name} has no value"
+        else:
+            return found
+        raise ProgramError(what, path=self.file, line=lines[begin])
 
     def _routine(self) -> None:
         line = self.line
@@ -247,6 +279,12 @@ def instruction(tokens: Sequence[str]) -> tuple[list[list[str]], dict[str, list[
             arguments.append(list(tokens[at:end]))
             at = end
     return arguments, options
+
+
+def _rows(text: str) -> Iterator[tuple[int, str, str]]:
+    """Yield the number of each line, the line, and its comment; a header between ``%%%`` is empty."""
+    for number, line in enumerate(re.sub(r"^\s*%%%.*?%%%", _blank_lines, text, flags=re.DOTALL).splitlines(), 1):
+        yield number, *without_comment(line, "!")
 
 
 def _blank_lines(match: re.Match[str]) -> str:

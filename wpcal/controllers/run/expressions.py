@@ -5,6 +5,7 @@ A language gives its words for operators, and an environment that knows names, c
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable, Collection, Sequence
@@ -48,6 +49,11 @@ class Syntax:
     is_upper: bool = True  #: Upper and lower case are the same.
 
     @cached_property
+    def scanner(self) -> re.Pattern[str]:
+        """Finds tokens, as a first group, and as a second one characters of which there is none."""
+        return re.compile(rf"({self.token.pattern})|(\S)", self.token.flags)
+
+    @cached_property
     def operators(self) -> dict[str, tuple[int, Callable[[Any, Any], Any]]]:
         """The level of each operator, and what it does."""
         return {word: (level, one) for level, words in enumerate(self.levels) for word, one in words.items()}
@@ -57,7 +63,9 @@ def as_number(text: str) -> float | int:
     """Return a number without a sign."""
     if len(text) > LONGEST_NUMBER:
         raise ProgramError(f"a number of {len(text)} digits")
-    return int(text) if re.fullmatch(r"\d+", text) else float(text)
+    if not text.isascii() or math.isinf(float(text)):
+        raise ProgramError(f"expected a finite number, got {text!r}")
+    return int(text) if text.isdigit() else float(text)
 
 
 def without_comment(line: str, mark: str, quote: str = '"') -> tuple[str, str]:
@@ -71,19 +79,13 @@ def without_comment(line: str, mark: str, quote: str = '"') -> tuple[str, str]:
     return line, ""
 
 
-def tokens_of(text: str, grammar: Syntax) -> list[str]:
-    """Return the tokens of a text; `ProgramError` where there is none."""
-    found, at = [], 0
-    while at < len(text):
-        if text[at].isspace():
-            at += 1
-            continue
-        match = grammar.token.match(text, at)
-        if match is None:
-            raise ProgramError(f"cannot be read: {text[at : at + 40]!r}")
-        found.append(match[0])
-        at = match.end()
-    return found
+def tokens_of(text: str, grammar: Syntax, *, is_strict: bool = True) -> list[str]:
+    """Return the tokens of a text. What is none: `ProgramError`, or without `is_strict` a token of one character."""
+    found = grammar.scanner.findall(text)
+    if is_strict and any(strange for _, strange in found):
+        at = next(match.start() for match in grammar.scanner.finditer(text) if match[2])
+        raise ProgramError(f"cannot be read: {text[at : at + 40]!r}")
+    return [token or strange for token, strange in found]
 
 
 def outside(tokens: Sequence[str], ends: Collection[str], at: int = 0) -> int:
@@ -96,11 +98,16 @@ def outside(tokens: Sequence[str], ends: Collection[str], at: int = 0) -> int:
 
 
 class Parser:
-    """Reads one expression from tokens, and evaluates it at once."""
+    """Reads one expression from tokens, and evaluates it at once; without an environment there are only literals."""
 
-    def __init__(self, tokens: list[str], grammar: Syntax, environment: Environment) -> None:
+    def __init__(self, tokens: list[str], grammar: Syntax, environment: Environment | None = None) -> None:
         self.tokens, self.grammar, self.environment, self.at = tokens, grammar, environment, 0
         self.depth = 0
+
+    @property
+    def text(self) -> str:
+        """Where a message is from."""
+        return repr(" ".join(self.tokens[max(0, self.at - 10) : self.at + 10]))
 
     def peek(self) -> str:
         """Return the next token; empty at the end."""
@@ -114,7 +121,7 @@ class Parser:
         """Return the next token and go on."""
         token = self.peek()
         if token == "" or (expected is not None and token.upper() != expected.upper()):
-            raise ProgramError(f"expected {expected or 'more'} at {token!r} in {' '.join(self.tokens)!r}")
+            raise ProgramError(f"expected {expected or 'more'} at {token or 'the end'!r} in {self.text}")
         self.at += 1
         return token
 
@@ -122,7 +129,7 @@ class Parser:
         """Return the value of all tokens."""
         value = self.value()
         if self.peek():
-            raise ProgramError(f"{self.peek()!r} is too much in {' '.join(self.tokens)!r}")
+            raise ProgramError(f"{self.peek()!r} is too much in {self.text}")
         return value
 
     def value(self, level: int = 0) -> Any:
@@ -152,7 +159,7 @@ class Parser:
             return function(*values)
         except (TypeError, ValueError, AttributeError, ArithmeticError) as error:
             why = str(error).rpartition("() ")[2]  # without the name of the function here
-            raise ProgramError(f"{' '.join(self.tokens)[:80]!r} has no value: {why}") from None
+            raise ProgramError(f"{self.text} has no value: {why}") from None
 
     def values(self, closing: str) -> list[Any]:
         """Return values between commas, and take what closes them; those with names are one dict at the end."""
@@ -190,17 +197,20 @@ class Parser:
         word = token.upper() if self.grammar.is_upper else token
         if word in self.grammar.literals:
             return self.grammar.literals[word]
+        known = self.environment
+        if known is None:
+            raise ProgramError(f"expected a number, got {token!r}")
         if not re.match(r"[\w$#^]", token):
-            raise ProgramError(f"{token!r} is no value in {' '.join(self.tokens)!r}")
+            raise ProgramError(f"{token!r} is no value in {self.text}")
         if self.peek() == "(":
             self.take("(")
             given = self.values(")")
-            return self._applied(lambda: self.environment.call(word, given))
-        return self.environment.name(word)
+            return self._applied(lambda: known.call(word, given))
+        return known.name(word)
 
     def with_parts(self, value: Any) -> Any:
         """Return the part or element that is asked for."""
-        while True:
+        while self.environment is not None:
             if self.peek() == ".":
                 self.take(".")
                 value = self.environment.part(value, self.take().lower())
@@ -208,7 +218,8 @@ class Parser:
                 self.take()
                 value = self.environment.item(value, self.values(self.grammar.index[1]))
             else:
-                return value
+                break
+        return value
 
 
 COMPARE: dict[str, Callable[[Any, Any], Any]] = {
