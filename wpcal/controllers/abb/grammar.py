@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from wpcal.controllers.abb.read import read_rapid, tools_of
+from wpcal.controllers.abb.read import read_rapid, read_rapid_tools
 from wpcal.controllers.abb.statements import declarations, statements_of
 from wpcal.controllers.language.grammar import Complaint, Grammar
 
@@ -43,6 +43,6 @@ GRAMMAR = Grammar(
     in_step=r"(?i)^[ \t]*+SyncMoveO(?:n|ff)\b",
     mark=r"(?i)\\ID:=(\d{1,9}+),",
     judge_step=_judge_held,
-    tools=tools_of,
+    tools=read_rapid_tools,
     tools_in_words="a tooldata (RAPID)",
 )

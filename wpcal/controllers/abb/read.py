@@ -63,7 +63,7 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
     return ProgramPoints(points, {name: T for name, T in frames.items() if T is not None})
 
 
-def tools_of(text: str) -> dict[str, RigidTransform]:
+def read_rapid_tools(text: str) -> dict[str, RigidTransform]:
     """Read ``PERS tooldata tGun:=[TRUE,[[x,y,z],[q1,q2,q3,q4]],[…]]``: ``T_flange_tool`` by name."""
     return {name: T for _, name, T in _data(statements_of(text), None, tooldata=_tool)}
 

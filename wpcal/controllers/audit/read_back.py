@@ -13,7 +13,7 @@ from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.taught.programs import BASE
+from wpcal.taught.programs import BASE, ProgramPoint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,15 +52,16 @@ def read_poses_back(
             continue
         if point.fault and not (is_carried and np.isfinite(point.p_mm).all()):
             raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=point.line or None)
-        T = None if point.at_flange else _frame_of(point.frame, found.frames, T_base_part)
-        p, R = (point.p_mm, point.R) if T is None else (T.apply(point.p_mm), T.R @ point.R)
-        poses.append(ReadPose(point.name, point.line or None, p, R, in_base=T is not None))
+        poses.append(_in_base(point, found.frames, T_base_part))
     return poses
 
 
-def _frame_of(
-    frame: str | None, carried: Mapping[str, RigidTransform], T_base_part: RigidTransform | None
-) -> RigidTransform | None:
-    if frame == BASE:
-        return RigidTransform.identity(target="base", source="frame")
-    return carried.get(frame or "", T_base_part)
+def _in_base(
+    point: ProgramPoint, carried: Mapping[str, RigidTransform], T_base_part: RigidTransform | None
+) -> ReadPose:
+    T = carried.get(point.frame or "", T_base_part)
+    if point.frame == BASE:
+        T = RigidTransform.identity(target="base", source="frame")
+    if T is None or point.at_flange:
+        return ReadPose(point.name, point.line or None, point.p_mm, point.R, in_base=False)
+    return ReadPose(point.name, point.line or None, T.apply(point.p_mm), T.R @ point.R)

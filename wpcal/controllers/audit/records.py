@@ -43,9 +43,7 @@ def audit_record(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
         return None
     if what := _wrong_schema(name, expected):
         return expected or "record", [Fault(what, field="schema")]
-    name = str(name)
-    faults = [Fault(what, field=place or None) for place, what in find_faults(record, name)]
-    return name, faults or list(_beyond_schema(record, name, path))
+    return str(name), _faults(record, str(name), path)
 
 
 def _wrong_schema(name: object, expected: str | None) -> str:
@@ -57,8 +55,10 @@ def _wrong_schema(name: object, expected: str | None) -> str:
     return "" if has_schema(name) else f"the schema {shown(name)} is not known here: a newer version wrote the file"
 
 
-def _beyond_schema(record: dict[str, Any], name: str, path: Path) -> list[Fault]:
-    """Return what a schema cannot say; fields that are missing, if the reader of the record needs them."""
+def _faults(record: dict[str, Any], name: str, path: Path) -> list[Fault]:
+    """Return what the schema refuses; otherwise what it cannot say, and missing fields that the reader needs."""
+    if refused := [Fault(what, field=place or None) for place, what in find_faults(record, name)]:
+        return refused
     try:
         if name == SEAMS_SCHEMA:
             seams_from_record(record, path=str(path))

@@ -32,7 +32,7 @@ from wpcal.taught.programs import (
 AXES = ("X", "Y", "Z", "O", "A", "T")
 NULL = "null"  #: The transformation that changes nothing, as the language calls it.
 _NAME = r"[A-Za-z][\w.]*+(?:\[[\d,]*+\])?"
-_SECTION = re.compile(r"^\.(?P<name>[A-Za-z]++)\b")
+_SECTION = re.compile(r"^\.(?P<name>[A-Za-z_]++)(?![\w.])(?!\s*+[=\[])")  # otherwise it is a local variable
 _VALUES = re.compile(rf"^(?P<name>#?{_NAME})[ \t]++(?P<values>\S.*)$")
 _POINT = re.compile(rf"^\s*+POINT\s++(?P<name>{_NAME})\s*+=\s*+TRANS\s*+\((?P<values>[^()]*+)\)", re.IGNORECASE)
 _SETTING = re.compile(rf"^\s*+(?P<key>BASE|TOOL)\s++(?P<name>{_NAME})", re.IGNORECASE)

@@ -129,7 +129,7 @@ class Interpreter(BlockInterpreter):
         head, rows = (0, ""), list[tuple[int, str]]()
         for number, row in enumerate(text.splitlines(), 1):
             bare = row.strip()
-            if bare.upper() == ".END":
+            if bare.upper() == ".END" and head[1]:
                 self._section(file, *head, rows)
                 head = (0, "")
             elif head[1]:

@@ -6,32 +6,11 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
-from wpcal.controllers.kuka.read import read_krl
+from wpcal.controllers.kuka.read import read_krl, read_krl_tools
 from wpcal.controllers.language.grammar import ENCODING, Complaint, Grammar
 from wpcal.core.input_file import read_bytes
-from wpcal.core.numbers import parse_number
-from wpcal.core.rotations import rotation_from_zyx
-from wpcal.core.transform import RigidTransform
 
-LARGEST = 1e4
-_TOOL = re.compile(r"(\$TOOL|TOOL_DATA\s*\[\s*\d+\s*\])\s*=\s*\{([^}]*)\}", re.IGNORECASE)
-_TOOL_AXIS = re.compile(r"\b([XYZABC])\s+([-+0-9.eE]+)", re.IGNORECASE)
 _IN_STEP = re.compile(r"^[ \t]*+S(?:LIN|CIRC)[ \t]++(?:(\w++),)?(\w++)", re.IGNORECASE)
-
-
-def _tools(text: str) -> dict[str, RigidTransform]:
-    """Read ``TOOL_DATA[3]={X …,Y …,Z …,A …,B …,C …}`` and ``$TOOL={…}``."""
-    found = {}
-    for name, body in _TOOL.findall(text):
-        axes = {key.upper(): parse_number(cell, most=LARGEST) for key, cell in _TOOL_AXIS.findall(body)}
-        if not {"X", "Y", "Z"} <= set(axes):
-            continue
-        a, b, c = (np.radians(axes.get(key, 0.0)) for key in "ABC")
-        place = np.array([axes[key] for key in "XYZ"])
-        found[re.sub(r"\s", "", name).upper()] = RigidTransform(rotation_from_zyx(c, b, a), place, "flange", "tool")
-    return found
 
 
 def _judge_step(lines: list[str], path: Path) -> Iterator[Complaint]:
@@ -64,6 +43,6 @@ GRAMMAR = Grammar(
     in_step=r"(?i)\$SYNC_ID\[\]",
     mark=r"(?i)\$SYNC_ID\[\]=\"(\w{1,40}+)\"",
     judge_step=_judge_step,
-    tools=_tools,
+    tools=read_krl_tools,
     tools_in_words="TOOL_DATA or $TOOL (KRL)",
 )

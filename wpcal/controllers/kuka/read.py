@@ -31,6 +31,7 @@ DECLARATION = re.compile(
     r"^\s*(?:DECL\s+)?(?:GLOBAL\s+)?(?:CONST\s+)?(?:(?P<type>\w+)\s+)?(?P<name>\$?\w+(?:\[\d+\])?)\s*=\s*\{(?P<body>.*)\}",
     re.IGNORECASE,
 )
+TOOL = re.compile(r"\$TOOL|TOOL_DATA\[\d+\]", re.IGNORECASE)
 FIELD = re.compile(r"(?:^|,)\s*+(\w++)\s++([^\s,{}]++)")
 POSITION_TYPES = frozenset({"e6pos", "e3pos", "pos"})
 JOINT_TYPES = frozenset({"e6axis", "e3axis", "axis"})
@@ -40,25 +41,27 @@ AXES = ("a1", "a2", "a3", "a4", "a5", "a6")
 
 def read_krl(text: str, path: str) -> ProgramPoints:
     """Read a data list. Raises `FormatError` when a position lacks a coordinate."""
-    positions: list[tuple[str, int, RigidTransform | JointValues | None]] = []
-    frames: dict[str, RigidTransform] = {}
-    taught: list[tuple[str, int, RigidTransform]] = []
-    used: dict[str, dict[str, str]] = {}
-    for kind, name, number, fields in _declarations(text):
-        if kind == "frame":
-            frames[name.removeprefix("BASE_DATA[").removesuffix("]")] = pose = _pose(fields, name, path, number)
-            if np.any(pose.t_mm):
-                taught.append((name, number, pose))
-        elif kind in POSITION_TYPES:
-            positions.append((name, number, _pose(fields, name, path, number)))
-        elif kind in JOINT_TYPES:
-            positions.append((name, number, joint_values([fields.get(key, "") for key in AXES])))
-        elif kind == "fdat":
-            used[name.lower()] = fields
-    points = [_point(name, line, pose, used.get(f"f{name[1:]}".lower()), path) for name, line, pose in positions]
+    declared = [*_declarations(text)]
+    frames = [(name, line, _pose(fields, name, path, line)) for kind, name, line, fields in declared if kind == "frame"]
+    used = {name.lower(): fields for kind, name, _, fields in declared if kind == "fdat"}
+    points = [
+        _point(name, line, _position(kind, fields, name, path, line), used.get(f"f{name[1:]}".lower()), path)
+        for kind, name, line, fields in declared
+        if kind in POSITION_TYPES | JOINT_TYPES
+    ]
     if not points:  # frames that were taught as points, as in $config.dat
-        points = [ProgramPoint(name, line, pose.t_mm, pose.R, BASE) for name, line, pose in taught]
-    return ProgramPoints(tuple(points), frames)
+        points = [ProgramPoint(name, line, T.t_mm, T.R, BASE) for name, line, T in frames if np.any(T.t_mm)]
+    own = {name.removeprefix("BASE_DATA[").removesuffix("]"): T for name, _, T in frames}
+    return ProgramPoints(tuple(points), own)
+
+
+def read_krl_tools(text: str) -> dict[str, RigidTransform]:
+    """Read ``TOOL_DATA[3]={X …,Y …,Z …,A …,B …,C …}`` and ``$TOOL={…}``: ``T_flange_tool`` by name."""
+    return {
+        name.upper(): _pose(fields, name, "", number).relabelled(target="flange", source="tool")
+        for _, name, number, fields in _declarations(text)
+        if TOOL.fullmatch(name)
+    }
 
 
 def _declarations(text: str) -> Iterator[tuple[str, str, int, dict[str, str]]]:
@@ -68,6 +71,14 @@ def _declarations(text: str) -> Iterator[tuple[str, str, int, dict[str, str]]]:
             kind, name = (match["type"] or "").lower(), match["name"]
             fields = {key.lower(): value for key, value in FIELD.findall(match["body"].removeprefix("FRAME:"))}
             yield "frame" if re.fullmatch(r"BASE_DATA\[\d+\]", name, re.IGNORECASE) else kind, name, number, fields
+
+
+def _position(
+    kind: str, fields: dict[str, str], name: str, path: str, line: int
+) -> RigidTransform | JointValues | None:
+    if kind in POSITION_TYPES:
+        return _pose(fields, name, path, line)
+    return joint_values([fields.get(key, "") for key in AXES])
 
 
 def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTransform:

@@ -12,7 +12,7 @@ call, delay, waitEndMove).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -126,28 +126,33 @@ class _Val3(WeldWriter):
 
     def _data(self) -> list[Datum]:
         """Return name, type and values of the data."""
-        program, T = self.program, self.T_base_frame
+        T = self.T_base_frame
         frame = f'{_coordinates(T.t_mm[None], T.R[None])[0]} fatherId="world[0]"'
-        data: list[Datum] = [
-            ("fPart", "frame", (frame,)),
-            ("mAir", "mdesc", (_motion(program.motion.air_speed_mm_s, "off"),)),
-            ("mJoint", "mdesc", (self._joint_motion("off"),)),
-            ("mWeld", "mdesc", (_motion(program.motion.speed_mm_s, "cartesian"),)),
-        ]
-        zones = () if self.planned is None else self.planned.zones_mm
-        data += [(_zone(mm), "mdesc", (self._joint_motion("joint", mm),)) for mm in zones]
-        own = [path for path in program.paths if path.run is not None]  # with a speed of their own
-        data += [(self._motion(path), "mdesc", (_motion(program.weld_speed_mm_s(path), "cartesian"),)) for path in own]
-        if any(path.moves is None for path in program.paths):
+        data: list[Datum] = [("fPart", "frame", (frame,)), *self._motions()]
+        if any(path.moves is None for path in self.program.paths):
             data.append(("nPoint", "num", ()))  # of a loop over all points of a seam
         if self.planned is not None:
             rows = texts(np.degrees(np.concatenate([moves.joints for moves in self.planned.air])), DEG_DECIMALS)
             data.append((JOINTS, "jointRx", tuple(_keyed([f"j{n}" for n in range(1, 7)], row) for row in rows)))
-        for poses in program.groups:
+        for poses in self.program.groups:
             name = SAFE_POINT if isinstance(poses, SafePoint) else self.stems[poses.seam.name]
             points = [f"{value} {SAME}" for value in _coordinates(*poses.poses_in(T))]
             data.append((name, "pointRx", tuple(points[self._skipped(poses) :])))
         return data
+
+    def _motions(self) -> Iterator[Datum]:
+        """Yield how the robot moves: in the air, by the joints, and along seams."""
+        motion = self.program.motion
+        zones = () if self.planned is None else self.planned.zones_mm
+        values = {
+            "mAir": _motion(motion.air_speed_mm_s, "off"),
+            "mJoint": self._joint_motion("off"),
+            "mWeld": _motion(motion.speed_mm_s, "cartesian"),
+            **{_zone(mm): self._joint_motion("joint", mm) for mm in zones},
+        }
+        own = [path for path in self.program.paths if path.run is not None]  # with a speed of their own
+        values |= {self._motion(path): _motion(self.program.weld_speed_mm_s(path), "cartesian") for path in own}
+        return ((name, "mdesc", (value,)) for name, value in values.items())
 
     def _joint_motion(self, blend: str, zone_mm: float = BLEND_MM) -> str:
         if self.planned is None:

@@ -12,16 +12,21 @@ from wpcal.controllers.yaskawa.read import read_inform
 
 def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
     """Yield coordinated moves without the master, and positions that are not there."""
-    groups = [line for line in lines if line.startswith("///GROUP")]
-    if any("+MOVJ C" in line for line in lines):
-        if [line.split()[-1] for line in groups] != ["RB1", "RB2"]:
-            yield "a job of two robots has the torch as ///GROUP1 RB1 and the part as ///GROUP2 RB2", None
-    elif any(line.startswith("SMOV") for line in lines) and len(groups) != 2:
-        yield "a coordinated job has two groups: ///GROUP1 the torch, ///GROUP2 the master", None
+    if what := _wrong_groups(lines):
+        yield what, None
     positions = {line.split("=")[0] for line in lines if re.match(r"E?C\d{5}=", line)}
     for number, line in enumerate(lines, 1):
         if line.startswith(("MOV", "SMOV")):
             yield from ((what, number) for what in _complaints(line, positions))
+
+
+def _wrong_groups(lines: list[str]) -> str:
+    groups = [line.split()[-1] for line in lines if line.startswith("///GROUP")]
+    if any("+MOVJ C" in line for line in lines) and groups != ["RB1", "RB2"]:
+        return "a job of two robots has the torch as ///GROUP1 RB1 and the part as ///GROUP2 RB2"
+    if any(line.startswith("SMOV") for line in lines) and len(groups) != 2:
+        return "a coordinated job has two groups: ///GROUP1 the torch, ///GROUP2 the master"
+    return ""
 
 
 def _complaints(line: str, positions: Collection[str]) -> Iterator[str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from wpcal.core.errors import FormatError
 from wpcal.core.wording import shown
@@ -25,9 +26,9 @@ from wpcal.taught.programs import (
 AXES = ("X", "Y", "Z", "Rx", "Ry", "Rz")
 POSITION = re.compile(r"^(?P<name>[CP]\d{3,5})\s*=\s*(?P<values>\S.*)$")
 SETTING = re.compile(r"^///(?P<key>USER|POSTYPE|NPOS|RECTAN|PULSE)\b\s*(?P<value>.*)$")
-SECTION = re.compile(r"^///[A-Z]{1,2}\s*$")
+SECTION = re.compile(r"^///(?P<kind>[A-Z]{1,2})\s*$")
 VARIABLES = re.compile(r"^///P\s*$", re.MULTILINE)
-VARIABLE = re.compile(r"^\s*+(?:P(?P<number>\d{2,5})\s*+=\s*+)?(?P<values>[-+.\d].*)$")
+VARIABLE = re.compile(r"^\s*+(?:[A-Z]{1,2}(?P<number>\d{2,5})\s*+=\s*+)?(?P<values>[-+.\d].*)$")
 NONZERO = re.compile(r"[1-9]")
 IN_PULSES = "is stored as pulses; convert the job to Cartesian positions (RECTAN) on the controller"
 IN_ANGLES = "is stored as joint angles; convert the job to Cartesian positions (RECTAN) on the controller"
@@ -39,7 +40,8 @@ def read_inform(text: str, path: str) -> ProgramPoints:
     Raises `FormatError` when it has no section ``//POS`` or ``///P``, or a position is not six numbers.
     """
     if VARIABLES.search(text):
-        return ProgramPoints(tuple(_variables(text, path)))
+        rows = [row for row in variables_of(text) if row.kind == "P" and NONZERO.search("".join(row.cells))]
+        return ProgramPoints(tuple(_variable(row, path) for row in rows))
     if not re.search(r"^//POS\b", text, re.MULTILINE):
         raise FormatError("has no section //POS", path=path)
     settings: dict[str, str] = {}
@@ -55,22 +57,34 @@ def read_inform(text: str, path: str) -> ProgramPoints:
     return ProgramPoints(tuple(points))
 
 
-def _variables(text: str, path: str) -> Iterator[ProgramPoint]:
-    """Yield position variables: one row each, in order; without settings their frame is unknown."""
-    settings: dict[str, str] = {}
-    in_section, index = False, 0
+class Variables(NamedTuple):
+    """A row of ``VAR.DAT``: one position (P), or any count of numbers (B, I, D …), in the order of the variables."""
+
+    kind: str
+    first: int  #: Number of the first variable of the row.
+    cells: list[str]
+    line: int
+    settings: dict[str, str]
+
+
+def variables_of(text: str) -> Iterator[Variables]:
+    """Yield the rows of the sections ``///B``, ``///P`` …."""
+    settings, kind, index = dict[str, str](), "", 0
     for number, line in enumerate(text.splitlines(), start=1):
-        setting, row = SETTING.match(line), VARIABLE.match(line)
-        if SECTION.match(line):
-            in_section = VARIABLES.match(line) is not None
-        elif setting:
-            settings[setting["key"]] = setting["value"].strip()
-        elif in_section and row:
+        if head := SECTION.match(line):
+            kind, index = head["kind"], 0
+        elif setting := SETTING.match(line):
+            settings = {**settings, setting["key"]: setting["value"].strip()}
+        elif kind and (row := VARIABLE.match(line)):
             index = index if row["number"] is None else int(row["number"])
-            if NONZERO.search(row["values"]):
-                values = ",".join(row["values"].replace(",", " ").split())
-                yield _point(f"P{index:03d}", values, {"POSTYPE": "USER", **settings}, path, number)
-            index += 1
+            cells = row["values"].replace(",", " ").split()
+            yield Variables(kind, index, cells, number, settings)
+            index += 1 if kind == "P" else len(cells)
+
+
+def _variable(row: Variables, path: str) -> ProgramPoint:
+    """Return a position variable; without settings its frame is unknown."""
+    return _point(f"P{row.first:03d}", ",".join(row.cells), {"POSTYPE": "USER", **row.settings}, path, row.line)
 
 
 def _point(name: str, values: str, settings: dict[str, str], path: str, line: int) -> ProgramPoint:

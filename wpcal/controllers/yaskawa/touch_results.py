@@ -9,10 +9,10 @@ any length. A position variable is one row; lines of settings (``///POSTYPE``, `
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from wpcal.controllers.language.rounding import rounded_frame
+from wpcal.controllers.yaskawa.read import AXES, Variables, variables_of
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, MM_DECIMALS
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
@@ -29,19 +29,15 @@ from wpcal.touch.searches.results import (
 )
 from wpcal.touch.searches.setup import TouchSetup
 
-SECTION = re.compile(r"^///(?P<kind>[A-Z]{1,2})\s*$")
-ROW = re.compile(r"^\s*+(?:[A-Z]{1,2}(?P<number>\d{2,5})\s*+=\s*+)?(?P<values>[-+.\d].*)$")
-AXES = ("X", "Y", "Z", "Rx", "Ry", "Rz")
-
 
 def read_inform_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
     """Read the file of variables; see `TouchResultsReader`."""
     file, inform = files[0], setup.inform
-    rows = _sections(file)
-    if not {"B", "D", "P"} <= set(rows):
+    rows = [*variables_of(file.text)]
+    if not {"B", "D", "P"} <= {row.kind for row in rows}:
         raise FormatError("has no sections ///B, ///D and ///P of variables", path=file.path)
-    byte, double = (_numbers(rows[kind], kind, file.path) for kind in "BD")
-    places = _positions(rows["P"])
+    byte, double = (_numbers(rows, kind, file.path) for kind in "BD")
+    places = {row.first: row.cells for row in rows if row.kind == "P"}
     first = inform.first_double_variable
     stored = StoredValues(
         fingerprint=fingerprint_of_stored(double.get(first), double.get(first + 1)),
@@ -61,33 +57,9 @@ def read_inform_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: To
     return stored.results("inform", file.path)
 
 
-def _sections(file: ResultsFile) -> dict[str, list[str]]:
-    """Return the rows with values of each kind of variable."""
-    rows: dict[str, list[str]] = {}
-    kind = ""
-    for line in file.text.splitlines():
-        head = SECTION.match(line)
-        if head:
-            kind = head["kind"]
-            rows.setdefault(kind, [])
-        elif kind and ROW.match(line):
-            rows[kind].append(line)
-    return rows
-
-
-def _numbers(rows: Sequence[str], kind: str, path: str) -> dict[int, float]:
-    cells = [cell for row in rows for cell in re.split(r"[\s,]+", row.strip()) if cell]
-    return {index: parsed_number(cell, f"{kind}{index:03d}", path) for index, cell in enumerate(cells)}
-
-
-def _positions(rows: Sequence[str]) -> dict[int, list[str]]:
-    found: dict[int, list[str]] = {}
-    for index, row in enumerate(rows):
-        match = ROW.match(row)
-        if match:
-            number = index if match["number"] is None else int(match["number"])
-            found[number] = [cell for cell in re.split(r"[\s,]+", match["values"].strip()) if cell]
-    return found
+def _numbers(rows: Sequence[Variables], kind: str, path: str) -> dict[int, float]:
+    cells = {row.first + k: cell for row in rows if row.kind == kind for k, cell in enumerate(row.cells)}
+    return {index: parsed_number(cell, f"{kind}{index:03d}", path) for index, cell in cells.items()}
 
 
 def _pose(cells: Sequence[str], name: str, path: str) -> RigidTransform | str:
