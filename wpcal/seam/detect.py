@@ -22,6 +22,7 @@ from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.flush_sides import find_flush_sides
 from wpcal.seam.find.inner_joints import with_inner_joints
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
+from wpcal.seam.find.line_contacts import find_line_gaps, with_line_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
@@ -94,6 +95,7 @@ def find_seam_candidates(
     touching = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
     joined = join_contacts(graph, trimmed, touching, gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
+    joined = with_line_contacts(graph, trimmed, touching, joined, gap_mm=gap_mm)
     contacts, found = joined, []
     if marked is not None:
         chosen, labels, contacts = take_marked(graph, trimmed, joined, marked, gap_mm=gap_mm)
@@ -163,7 +165,8 @@ def _with_wide_gaps(
         found = [*found, *build_seams(graph, wide, options, SeamSource.CONTACT)]
     known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
     roots = find_root_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
-    return [*found, *build_seams(graph, roots, options, SeamSource.CONTACT)]
+    lines = find_line_gaps(graph, trimmed, SeamPieces.joined([known, roots.pieces]), gap_mm=options.gap_for(graph))
+    return [*found, *(seam for own in (roots, lines) for seam in build_seams(graph, own, options, SeamSource.CONTACT))]
 
 
 def _reached(
@@ -227,5 +230,4 @@ def _inside_solids(
     slits = find_slits(graph, trimmed, searched, gap_mm=gap_mm)
     slits = slits.select(np.flatnonzero(~np.isin(slits.pieces.edge, np.union1d(left_out, concave.pieces.edge))))
     concave = concave.select(np.flatnonzero(own & ~np.isin(concave.pieces.edge, left_out)))
-    pieces = SeamPieces.joined([concave.pieces, slits.pieces])
-    return JoinedPieces(pieces, concave.joint + slits.joint, concave.weld + slits.weld), mitres
+    return JoinedPieces.together([concave, slits]), mitres

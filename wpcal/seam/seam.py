@@ -94,6 +94,12 @@ class SeamPieces:
         return self.select(np.arange(len(self))[::-1]).reversed_where(np.ones(len(self), dtype=bool))
 
     @staticmethod
+    def none() -> SeamPieces:
+        """Return no pieces."""
+        rows, t = np.zeros(0, dtype=np.int64), np.zeros(0)
+        return SeamPieces(rows, t, t, rows, rows, np.zeros((0, 3)))
+
+    @staticmethod
     def joined(parts: list[SeamPieces]) -> SeamPieces:
         """Return all pieces of `parts` in one."""
         names = ("edge", "t0", "t1", "wall", "base", "gap_mm")

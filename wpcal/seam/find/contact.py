@@ -40,6 +40,14 @@ class EdgeContacts:
     t0: FloatArray
     t1: FloatArray
     gap_mm: FloatArray  #: shape (k, 3). Least, mean and largest distance of the edge from the face.
+    #: shape (k,). The face of the member that is the wall, where the members touch along a line only. By default the
+    #: wall is the face that is not opposed to the touched one.
+    wall: IntArray | None = None
+
+    def select(self, rows: IntArray | BoolArray) -> EdgeContacts:
+        """Return the contacts at `rows`: integers, or a mask of shape (k,)."""
+        wall = None if self.wall is None else self.wall[rows]
+        return EdgeContacts(self.edge[rows], self.face[rows], self.t0[rows], self.t1[rows], self.gap_mm[rows], wall)
 
 
 def find_edge_contacts(
@@ -99,14 +107,16 @@ def _joins_others(
 
 
 def candidate_pairs(
-    graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, *, seam_edges: bool = False
+    graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, *, seam_edges: bool = False, edges: IntArray | None = None
 ) -> tuple[IntArray, IntArray]:
     """Return pairs of an edge and a face of different solids whose boxes come nearer than the gap.
 
     `seam_edges` includes edges that close a face onto itself.
+    `edges`: shape (n,). Only these edges; all by default.
     """
     real = (graph.edge_kind != CurveKind.DEGENERATE) & (graph.edge_solid >= 0)
     usable = np.flatnonzero(real if seam_edges else real & ~graph.is_seam_edge)
+    usable = usable if edges is None else np.intersect1d(usable, edges)
     low, high = edge_boxes(graph)
     row, face = trimmed.box_tree.meeting(low[usable] - gap_mm, high[usable] + gap_mm)
     edge = usable[row]

@@ -166,7 +166,7 @@ def without_covered(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) ->
     worse, better = worse[pairs], better[pairs]
     pairs = _are_beside(graph, pieces, worse, better)
     worse, better = worse[pairs], better[pairs]
-    is_near = _are_near(graph, pieces, points[worse], better, near)
+    is_near = are_near(graph, pieces, points[worse], better, near)
     kept = np.ones(len(pieces), dtype=bool)
     order = np.argsort(rank[worse], kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(worse[order])) + 1) if len(order) else ():
@@ -175,7 +175,7 @@ def without_covered(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) ->
     return joined.select(np.flatnonzero(kept))
 
 
-def _are_near(graph: BrepGraph, pieces: SeamPieces, points: FloatArray, row: IntArray, near: float) -> BoolArray:
+def are_near(graph: BrepGraph, pieces: SeamPieces, points: FloatArray, row: IntArray, near: float) -> BoolArray:
     """Tell which points, shape (k, n, 3), are nearer than `near` to the piece at `row`, shape (k,)."""
     found = np.zeros(points.shape[:2], dtype=bool)
     straight = graph.edge_kind[pieces.edge[row]] == CurveKind.LINE

@@ -38,9 +38,7 @@ class FlareGrooves:
         return [replace(seam, groove=self.groove[int(seam.pieces.edge[len(seam.pieces) // 2])]) for seam in seams]
 
 
-_NO_NUMBERS = np.zeros(0, dtype=np.int64)
-_NO_PIECES = SeamPieces(_NO_NUMBERS, np.zeros(0), np.zeros(0), _NO_NUMBERS, _NO_NUMBERS, np.zeros((0, 3)))
-NONE_FOUND = FlareGrooves(JoinedPieces(_NO_PIECES, (), ()), {})
+NONE_FOUND = FlareGrooves(JoinedPieces.together([]), {})
 
 
 def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> tuple[BrepGraph, FlareGrooves]:

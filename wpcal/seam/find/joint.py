@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.changes import without_small_changes
 from wpcal.seam.find.contact import EdgeContacts
-from wpcal.seam.find.sides import Sides, Stretches, divide_contacts, find_sides, inward, is_on, step_mm
+from wpcal.seam.find.sides import (
+    SAME_PLANE,
+    Sides,
+    Stretches,
+    divide_contacts,
+    faces_around_corner,
+    find_sides,
+    inward,
+    is_on,
+    step_mm,
+    ways_on,
+)
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 OTHER_PLACES = (0.19, 0.81)  #: Where else than in its middle a curved piece is looked at, as shares of its parameter.
+BEVEL_COS = (0.26, 0.97)  #: Between the normals of a bevel and of the surface beside it: 15 to 75 degrees.
+MOST_SIDE_MM = 60.0  #: The sides of a groove are shorter: 50 mm of plate at 30 degrees.
 EXTENT_BISECTIONS = 16  #: Bisections of an extent: from a quarter of it to a few hundred-thousandths.
 EXTENT_SAMPLES = 40
 """Distances at which the extent of a face is tested, in a geometric series: neighbours differ by a factor of 1.25."""
@@ -27,6 +42,14 @@ class JoinedPieces:
     pieces: SeamPieces
     joint: tuple[JointType, ...]
     weld: tuple[WeldType, ...]
+
+    @classmethod
+    def together(cls, parts: Iterable[JoinedPieces]) -> JoinedPieces:
+        """Return the pieces of all parts, in their order."""
+        own = list(parts)
+        pieces = SeamPieces.joined([SeamPieces.none(), *(part.pieces for part in own)])
+        joint, weld = ([word for part in own for word in getattr(part, name)] for name in ("joint", "weld"))
+        return cls(pieces, tuple(joint), tuple(weld))
 
     def select(self, rows: IntArray) -> JoinedPieces:
         """Return the pieces at `rows`, shape (m,)."""
@@ -74,7 +97,7 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContact
     contact_face, wall, base, continues = at.patch, at.wall, at.base, at.continues
     behind, up = inward(at.n_wall, at.slope, -1.0), inward(at.n_face, at.slope, 1.0)
     patch_pair = np.stack([contact_face, f], axis=1)
-    width = _extent(graph, trimmed, contact_face, p, behind, gap_mm)
+    width = _width(graph, trimmed, contacts, at, gap_mm)
     upright = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
     other_thickness = _thickness(patch_pair, _extent(graph, trimmed, f, p, behind, gap_mm))
     flush = np.flatnonzero(~continues)  # only these need the view from the other member
@@ -94,8 +117,33 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContact
     }
     rows_of_views = zip(*(column.tolist() for column in columns.values()), strict=True)
     words = [JointView(**dict(zip(columns, view, strict=True))).words for view in rows_of_views]
+    corners = np.flatnonzero([joint is JointType.CORNER for joint, _ in words])
+    for row in corners[_are_grooves(graph, trimmed, at.select(corners), gap_mm)].tolist():
+        words[row] = JointType.BUTT, WeldType.GROOVE
     pieces = SeamPieces(e, stretches.t0, stretches.t1, wall, base, contacts.gap_mm[rows])
     return JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
+
+
+def _are_grooves(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, gap_mm: float) -> BoolArray:
+    """Tell where wall and base are the sides of a groove, of which one at least is bevelled.
+
+    Beyond both, the members have surfaces in one direction.
+    """
+    n_patch = project_to_faces(graph, at.patch, at.p).normal
+    away = n_patch, np.where(at.continues[:, None], -at.n_wall, at.n_face)
+    beyond, lean, side_mm = [], [], []
+    normals = at.n_wall, at.n_base
+    for face, own, way in zip((at.wall, at.base), normals, ways_on(at.slope, normals, away), strict=True):
+        side_mm.append(_extent(graph, trimmed, face, at.p, way, gap_mm))
+        far = at.p + side_mm[-1][:, None] * way
+        next_face = faces_around_corner(graph, trimmed, face, far)
+        normal = project_to_faces(graph, np.maximum(next_face, 0), far).normal
+        beyond.append(np.where((next_face >= 0)[:, None], normal, 0.0))
+        lean.append(np.einsum("ki,ki->k", normal, own))
+    least, most = np.minimum(*lean), np.maximum(*lean)  # a square side has none
+    bevelled = (least > -BEVEL_COS[0]) & (most > BEVEL_COS[0]) & (most < BEVEL_COS[1])
+    bevelled &= np.maximum(*side_mm) <= MOST_SIDE_MM
+    return np.asarray(bevelled & (np.einsum("ki,ki->k", *beyond) > SAME_PLANE), dtype=bool)
 
 
 def _goes_on_behind(
@@ -121,9 +169,16 @@ def _goes_on_behind(
     for share in OTHER_PLACES:
         t = stretches.t0[curved] * (1.0 - share) + stretches.t1[curved] * share
         there = find_sides(graph, trimmed, contacts, at.contact[curved], t, ledge_mm=step_mm(gap_mm))
-        own = _extent(graph, trimmed, there.patch, there.p, inward(there.n_wall, there.slope, -1.0), gap_mm)
+        own = _width(graph, trimmed, contacts, there, gap_mm)
         votes[curved] += is_behind(there, own).astype(np.int64) * 2 - 1
     return np.asarray(votes > 0, dtype=bool)
+
+
+def _width(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContacts, at: Sides, gap_mm: float) -> FloatArray:
+    """Measure how far the contact area goes on behind the wall, mm; of members that touch along a line, it has none."""
+    if contacts.wall is not None:
+        return np.zeros(len(at.t))
+    return _extent(graph, trimmed, at.patch, at.p, inward(at.n_wall, at.slope, -1.0), gap_mm)
 
 
 def _thickness(patch: IntArray, width: FloatArray) -> FloatArray:

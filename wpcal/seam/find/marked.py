@@ -70,12 +70,7 @@ def take_marked(
     near = _near_contacts(graph, trimmed, marked.edge[alone], gap_mm)
     touched = set(near.pieces.edge.tolist())
     alone = [row for row in alone if int(marked.edge[row]) not in touched]
-    parts = [joined.select(taken), near, _with_own_faces(graph, marked.edge[alone])]
-    both = JoinedPieces(
-        SeamPieces.joined([part.pieces for part in parts]),
-        tuple(joint for part in parts for joint in part.joint),
-        tuple(weld for part in parts for weld in part.weld),
-    )
+    both = JoinedPieces.together([joined.select(taken), near, _with_own_faces(graph, marked.edge[alone])])
     mark_of = dict(zip(marked.edge.tolist(), marked.label, strict=True))
     labels = (
         *(label_of[piece] for piece in taken.tolist()),
@@ -87,18 +82,13 @@ def take_marked(
 
 def _near_contacts(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, gap_mm: float) -> JoinedPieces:
     """Return the contacts of edges with faces beyond the gap: each edge with the least gap that finds one."""
-    none = np.zeros(0, dtype=np.int64)
-    found = [JoinedPieces(SeamPieces(none, np.zeros(0), np.zeros(0), none, none, np.zeros((0, 3))), (), ())]
+    found = []
     for wide_mm in (gap for gap in NEARLY_MM if gap > gap_mm):
         contacts = find_edge_contacts(graph, trimmed, gap_mm=wide_mm, edges=edges)
         near = join_contacts(graph, trimmed, contacts, gap_mm=wide_mm)
         found.append(without_duplicates(graph, near, gap_mm=gap_mm))
         edges = np.setdiff1d(edges, found[-1].pieces.edge)
-    return JoinedPieces(
-        SeamPieces.joined([part.pieces for part in found]),
-        tuple(joint for part in found for joint in part.joint),
-        tuple(weld for part in found for weld in part.weld),
-    )
+    return JoinedPieces.together(found)
 
 
 def _run_along(graph: BrepGraph, curves: FloatArray, edge: int, near: float) -> BoolArray:

@@ -16,7 +16,7 @@ from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.find.contact import find_edge_contacts
 from wpcal.seam.find.duplicates import without_duplicates
 from wpcal.seam.find.facing import INSET, FacingFaces, find_facing, widths_mm
-from wpcal.seam.find.joint import JoinedPieces, join_contacts
+from wpcal.seam.find.joint import BEVEL_COS, JoinedPieces, join_contacts
 from wpcal.seam.find.wide_gaps import is_beside
 from wpcal.seam.limits import NEAR_GAPS
 from wpcal.seam.seam import JointType, SeamPieces
@@ -26,7 +26,6 @@ MOST_ROOT_MM = 3.0
 MOST_ROOT_SHARE = 0.5
 """Largest root gap as a share of the width of the ends (ISO 9692-1: about t / 2 for square butts). The root faces of a
 prepared groove are narrower: those with a bevel beside them may be as far apart as `MOST_ROOT_MM`."""
-BEVEL_COS = (0.26, 0.97)
 MOST_END_MM = 40.0
 """Ends are narrower: thicker plates are rarely welded by robots, and blocks beside each other are not ends."""
 LEAST_OPPOSITE = 0.9  #: Share of the boundary of one end that lies opposite the other one.
@@ -40,9 +39,7 @@ def find_root_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
     """
     ends = _facing_ends(graph, trimmed, gap_mm)
     parts = [_at_gap(graph, trimmed, ends.select(ends.gap_mm == gap), float(gap)) for gap in np.unique(ends.gap_mm)]
-    pieces = SeamPieces.joined([found.select(np.zeros(0, dtype=np.int64)), *(part.pieces for part in parts)])
-    joint = tuple(word for part in parts for word in part.joint)
-    joined = JoinedPieces(pieces, joint, tuple(word for part in parts for word in part.weld))
+    joined = JoinedPieces.together(parts)
     joined = joined.select(np.flatnonzero(~is_beside(graph, joined.pieces, found, NEAR_GAPS * MOST_ROOT_MM)))
     return without_duplicates(graph, joined, gap_mm=MOST_ROOT_MM / NEAR_GAPS)
 

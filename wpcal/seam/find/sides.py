@@ -2,11 +2,13 @@
 
 At a contact edge three faces meet. The edge bounds two faces of one member: the *contact face*, which is opposed to the
 face of the other member, and the *wall*. The face of the other member is the *base*. The weld lies between wall and
-base. If the other member ends flush at the edge, its face around the corner is the base.
+base. If the other member ends flush at the edge, its face around the corner is the base. Where the members touch along
+a line only, no face is opposed, and either face may be the wall.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +33,9 @@ LEAST_STATIONS, MOST_STATIONS = 5, 129  #: Places per contact, odd numbers: the 
 LENGTH_SAMPLES = 9  #: Points of a curve by whose polyline its length is estimated, to choose the number of places.
 INSET_MM, MOST_INSET = 1.0, 0.125
 """How far the outermost places are from the ends of a contact: mm, and as a share of its length."""
+OPENING_RAD = (np.radians(20.0), np.radians(200.0))
+"""Between wall and base where members touch along a line: less is a slit, and more is the outside of a corner."""
+SAME_SINE = 0.1  #: Seen from the wall and from the base, an opening is the same; otherwise material is between them.
 BISECTIONS = 28  #: Bisections of the place where the side changes: from 8 mm to 3e-8 mm.
 
 
@@ -143,17 +148,59 @@ def find_sides(
     sides = graph.edge_faces[edge]
     n_sides = np.stack([project_to_faces(graph, np.maximum(sides[:, k], 0), p).normal for k in (0, 1)], axis=1)
     against = np.einsum("kij,kj->ki", n_sides, n_face)
-    number = np.argmin(against, axis=1)
     rows = np.arange(len(edge))
-    has_wall = (against[rows, number] < OPPOSED_COS) & (against[rows, 1 - number] > OPPOSED_COS)
+    if contacts.wall is None:
+        number = np.argmin(against, axis=1)
+        has_wall = (against[rows, number] < OPPOSED_COS) & (against[rows, 1 - number] > OPPOSED_COS)
+    else:
+        number = np.where(sides[:, 0] == contacts.wall[contact], 1, 0)
+        has_wall = np.ones(len(edge), dtype=bool)
+        area = np.flatnonzero(against[rows, number] < OPPOSED_COS)  # opposed, but perhaps not opposite each other
+        way = ways_on(slope[area], (n_sides[area, number[area]],), (n_sides[area, 1 - number[area]],))[0]
+        has_wall[area] = ~is_on(graph, trimmed, face[area], p[area] + ledge_mm * way)
     n_wall = n_sides[rows, 1 - number]
     has_wall &= (sides >= 0).all(axis=1) & _is_along(n_wall, slope) & _is_along(n_face, slope)
     base, n_base, continues = face.copy(), n_face.copy(), np.zeros(len(edge), dtype=bool)
     own = np.flatnonzero(has_wall)
     found = _base(trimmed, face[own], p[own], n_face[own], n_wall[own], ledge_mm)
     base[own], n_base[own], continues[own] = found
+    if contacts.wall is not None:
+        n_patch = n_sides[rows, number]
+        angle = _opening_rad(slope, (n_wall, n_base), (n_patch, np.where(continues[:, None], -n_wall, n_face)))
+        has_wall &= (angle >= OPENING_RAD[0]) & (angle <= OPENING_RAD[1])
+        flush = np.flatnonzero(against[rows, 1 - number] > SAME_PLANE)
+        base[flush], n_base[flush], continues[flush] = face[flush], n_face[flush], False
+        has_wall[flush] = _begins(graph, trimmed, face[flush], p[flush], ledge_mm * inward(n_patch, slope, 1.0)[flush])
     patch, wall = sides[rows, number], sides[rows, 1 - number]
     return Sides(contact, t, p, slope, patch, wall, base, n_face, n_wall, n_base, has_wall, continues)
+
+
+def ways_on(slope: FloatArray, normals: Sequence[FloatArray], behind: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the directions in which faces go on from an edge, across it; unit vectors, each shape (m, 3).
+
+    `normals`, `behind`: Of each face, shape (m, 3): the outward normal, and a direction away from which it goes on.
+    """
+    ways = []
+    for normal, away in zip(normals, behind, strict=True):
+        way = inward(np.cross(slope, normal), slope, 1.0)
+        ways.append(np.where(np.einsum("ki,ki->k", way, away)[:, None] > 0, -way, way))
+    return ways
+
+
+def _opening_rad(slope: FloatArray, normals: Sequence[FloatArray], behind: Sequence[FloatArray]) -> FloatArray:
+    """Return the angle in the open between two faces that meet at an edge, shape (m,), rad; NaN with material between.
+
+    Parameters as in `ways_on`.
+    """
+    ways = ways_on(slope, normals, behind)
+    sine, other = (np.einsum("ki,ki->k", n, way) for n, way in zip(normals, ways[::-1], strict=True))
+    angle = np.mod(np.arctan2(sine, np.einsum("ki,ki->k", *ways)), 2.0 * np.pi)
+    return np.asarray(np.where(np.abs(sine - other) < SAME_SINE, angle, np.nan), dtype=np.float64)
+
+
+def _begins(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray, step: FloatArray) -> BoolArray:
+    """Tell which faces are there a step from a point of an edge, and not on the other side of the edge."""
+    return is_on(graph, trimmed, face, p + step) & ~is_on(graph, trimmed, face, p - step)
 
 
 def _base(
@@ -165,7 +212,7 @@ def _base(
     continues = is_on(graph, trimmed, face, p + ledge_mm * unit(out))
     base, normal = face.copy(), n_face.copy()
     rows = np.flatnonzero(~continues)
-    neighbour = _faces_around_corner(graph, trimmed, face[rows], p[rows])
+    neighbour = faces_around_corner(graph, trimmed, face[rows], p[rows])
     rows, neighbour = rows[neighbour >= 0], neighbour[neighbour >= 0]
     n = project_to_faces(graph, neighbour, p[rows]).normal
     continues[rows] = np.einsum("ki,ki->k", n, n_face[rows]) > SAME_PLANE
@@ -174,7 +221,7 @@ def _base(
     return base, normal, continues
 
 
-def _faces_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray) -> IntArray:
+def faces_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray) -> IntArray:
     """Return the face beyond the boundary of each face that is nearest to its point, or -1."""
     piece = trimmed.nearest_pieces(face, p)
     left, right = graph.edge_faces[trimmed.piece_edge[np.maximum(piece, 0)]].T

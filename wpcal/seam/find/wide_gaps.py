@@ -46,20 +46,15 @@ def find_wide_gaps(
     parallel = _is_parallel(graph, trimmed, *pairs, gap_mm, wide_mm)
     contacts = find_edge_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][parallel], pairs[1][parallel]))
     least, mean, most = contacts.gap_mm.T
-    even = _rows(contacts, (most - least <= EVEN_SHARE * mean) & (most > gap_mm + GAP_ROUND_OFF_MM))
+    even = contacts.select((most - least <= EVEN_SHARE * mean) & (most > gap_mm + GAP_ROUND_OFF_MM))
     touched = np.isin(_touches(graph, *pairs), _touches(graph, even.edge, even.face))
     near = find_edge_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][touched], pairs[1][touched]))
-    even = _rows(even, _is_most(graph, even, near))
-    even = _rows(even, is_play(play, even.gap_mm[:, 1]) | ~_is_clearance(graph, even))
+    even = even.select(_is_most(graph, even, near))
+    even = even.select(is_play(play, even.gap_mm[:, 1]) | ~_is_clearance(graph, even))
     joined = join_contacts(graph, trimmed, even, gap_mm=wide_mm)
     joined = joined.select(np.flatnonzero(~is_beside(graph, joined.pieces, found, NEAR_GAPS * wide_mm)))
     joined = joined.select(np.flatnonzero(~is_filled(graph, trimmed, joined.pieces)))
     return without_duplicates(graph, joined, gap_mm=float(joined.pieces.gap_mm.max(initial=0.0)))
-
-
-def _rows(contacts: EdgeContacts, rows: BoolArray) -> EdgeContacts:
-    edge, face, t0, t1, gap = contacts.edge, contacts.face, contacts.t0, contacts.t1, contacts.gap_mm
-    return EdgeContacts(edge[rows], face[rows], t0[rows], t1[rows], gap[rows])
 
 
 def _touches(graph: BrepGraph, edge: IntArray, face: IntArray) -> IntArray:
