@@ -13,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_739,
-    "lines of tests": 63_458,
+    "lines of wpcal and cad": 121_968,
+    "lines of tests": 63_573,
     "rooms": 21,
     "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,

@@ -110,7 +110,7 @@ def _of_welds(welds: Sequence[SeamWeld]) -> list[str]:
         if weld.values.weld is WeldKind.SQUARE and weld.origins["weld"].source is Source.MODEL
     ]
     size = "thickness and size are not known; state thickness_mm, or leg_mm or throat_mm"
-    root = "runs along the root face of a groove; lay it or leave it out (--only), as the drawing says"
+    root = "runs along the root of a groove; lay it or leave it out (--only), as the drawing says"
     return [f"{listed(names)}: {what}" for names, what in ((unsized, size), (at_root, root)) if names]
 
 

@@ -52,7 +52,9 @@ class Groove:
 
     def values(self) -> dict[str, Any]:
         """Return the values of weld data that the model states, as JSON holds them."""
-        found: dict[str, Any] = {"weld": self.kind.value, "depth_mm": round(self.depth_mm, 2)}
+        found: dict[str, Any] = {"weld": self.kind.value}
+        if self.depth_mm > LEAST_MM:
+            found["depth_mm"] = round(self.depth_mm, 2)
         found |= {"thickness_mm": round(self.thickness_mm, 1), "root_gap_mm": round(self.gap_mm, 2)}
         if self.kind is not WeldKind.SQUARE:
             found |= {"groove_angle_deg": round(self.angle_deg, 1), "root_face_mm": round(self.root_face_mm, 2)}
@@ -205,14 +207,16 @@ def _side(outline: FloatArray, height: float, nearest: Any) -> float | None:
 def _groove(layers: Sequence[_Layer], tilt: float, thickness: float) -> Groove | None:
     """Return the groove that layers make, from the outer surface down."""
     ways = tuple(layer.way for layer in layers)
-    if ways not in ((1,), (1, 0), (1, 0, -1), (1, -1), (0, -1)):
+    if ways not in ((1,), (1, 0), (1, 0, -1), (1, -1), (0, -1), (-1,)):
         return None
     bevel = layers[0] if ways[0] == 1 else None
     root = next((layer for layer in layers if layer.way == 0), None)
     is_double = ways[-1] == -1 and bevel is not None
     low = layers[0].low if root is None else (root.low + root.high) / 2.0 if is_double else root.low
-    at = root or layers[0]
-    left, right = at.left[0], at.right[0]
+    at, end = root or layers[0], 0
+    if ways == (-1,):  # from behind, where there is no root face
+        low, end = layers[0].high, 1
+    left, right = at.left[end], at.right[end]
     gap = right - left
     depth = layers[0].high - low
     kl, kr = (max(0.0, math.atan(one)) if one > LEAST_BEVEL else 0.0 for one in (bevel.slopes if bevel else (0.0, 0.0)))

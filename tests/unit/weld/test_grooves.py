@@ -141,6 +141,15 @@ def test_the_other_side_of_a_groove_is_a_run_along_its_root_face():
     np.testing.assert_allclose([found.depth_mm, found.gap_mm], [2.0, 2.0], rtol=0, atol=ATOL)
 
 
+@pytest.mark.parametrize("gap", [0.0, 1.5])
+def test_the_other_side_of_a_groove_without_a_root_face_has_the_thickness_of_the_plates(gap):
+    mesh, seam = groove(30, 30, 0.0, gap, at="back")
+    found = measure_groove(seam, mesh, PLACE)
+    assert (found.kind, found.angle_deg, found.depth_mm) == (WeldKind.SQUARE, 0.0, 0.0)
+    np.testing.assert_allclose([found.gap_mm, found.thickness_mm], [gap, 12.0], rtol=0, atol=ATOL)
+    assert "depth_mm" not in found.values()
+
+
 def test_what_a_person_states_counts_before_the_model():
     mesh, seam = groove(30, 30, 2.0, 2.0)
     stated = StatedWeld("W1", None, {"groove_angle_deg": 40.0, "passes": 1})

@@ -222,7 +222,10 @@ def _base(
 
 
 def faces_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray) -> IntArray:
-    """Return the face beyond the boundary of each face that is nearest to its point, or -1."""
+    """Return the face beyond the boundary of each face that is nearest to its point, or -1.
+
+    `face`, `p`: shape (m,) and (m, 3).
+    """
     piece = trimmed.nearest_pieces(face, p)
     left, right = graph.edge_faces[trimmed.piece_edge[np.maximum(piece, 0)]].T
     return np.asarray(np.where(piece < 0, -1, np.where(left == face, right, left)), dtype=np.int64)
