@@ -13,13 +13,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_968,
-    "lines of tests": 63_573,
+    "lines of wpcal and cad": 121_956,
+    "lines of tests": 63_571,
     "rooms": 21,
     "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
-    "functions with more than 6 parameters": 55,
+    "functions with more than 6 parameters": 54,
     "functions with more than 10 branches, per thousand": 26,
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)

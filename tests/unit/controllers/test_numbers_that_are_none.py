@@ -2,11 +2,7 @@
 
 import pytest
 
-from wpcal.controllers.abb.read import read_rapid
-from wpcal.controllers.fanuc.read import read_fanuc
-from wpcal.controllers.kawasaki.read import read_as
-from wpcal.controllers.kuka.read import read_krl
-from wpcal.controllers.yaskawa.read import read_inform
+from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import FormatError, InputError
 from wpcal.taught.user_frames import parse_uframes
 
@@ -17,35 +13,37 @@ FANUC = (
 )
 KRL = "DEFDAT T\nDECL E6POS XV1={{X {x},Y 2,Z 3,A 0,B 0,C 0}}\nENDDAT\n"
 INFORM = "/JOB\n//POS\n///POSTYPE ROBOT\n///RECTAN\nC00001={x},2,3,0,0,0\n//INST\n"
-LANGUAGES = {
-    "RAPID": (read_rapid, RAPID, 2),
-    "FANUC": (read_fanuc, FANUC, 3),
-    "KRL": (read_krl, KRL, 2),
-    "INFORM": (read_inform, INFORM, 5),
-    "AS": (read_as, ".TRANS\nv1 {x} 2 3 0 0 0\n.END\n", 2),
-}
+AS = ".TRANS\nv1 {x} 2 3 0 0 0\n.END\n"
+LANGUAGES = {"rapid": (RAPID, 2), "fanuc": (FANUC, 3), "krl": (KRL, 2), "inform": (INFORM, 5), "as": (AS, 2)}
+READ = {name: controller_named(name).load_reader().read for name in LANGUAGES}
 NO_NUMBERS = ["nan", "inf", "-Infinity", "1e400", "2e9", "81_2", "１２", "true", "1.2.3", "0x10"]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("text", NO_NUMBERS)
 def test_what_is_no_number_is_refused_with_its_line(language: str, text: str) -> None:
-    read, program, line = LANGUAGES[language]
+    program, line = LANGUAGES[language]
     with pytest.raises(FormatError, match=rf"T, line {line}: .*(expected|number)"):
-        read(program.format(x=text), "T")
+        READ[language](program.format(x=text), "T")
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_number_is_read(language: str) -> None:
-    read, program, _ = LANGUAGES[language]
-    assert read(program.format(x="-8.125"), "T").points[0].p_mm[0] == -8.125
+    assert READ[language](LANGUAGES[language][0].format(x="-8.125"), "T").points[0].p_mm[0] == -8.125
+
+
+def test_a_cut_module_is_refused_and_a_missing_semicolon_loses_no_point() -> None:
+    joined = RAPID.replace(";\nENDMODULE", "\nVAR robtarget V2:=[[1,2,3],[1,0,0,0]];")
+    assert len(READ["rapid"](joined.format(x="1"), "T").points) == 2
+    with pytest.raises(FormatError, match="line 2: V1: expected"):
+        READ["rapid"](RAPID[:60].format(x="1"), "T")
 
 
 @pytest.mark.parametrize("value", ["1.5", "#TCP", "9" * 400, "nan"])
 def test_a_base_of_krl_is_a_whole_number(value: str) -> None:
     text = KRL.format(x="1").replace("ENDDAT", f"DECL FDAT FV1={{TOOL_NO 1,BASE_NO {value},IPO_FRAME #BASE}}\nENDDAT")
     with pytest.raises(FormatError, match="V1: BASE_NO: expected a whole number"):
-        read_krl(text, "T")
+        READ["krl"](text, "T")
 
 
 @pytest.mark.parametrize("text", ["1,2,nan,0,0,0", "2=1e400,0,0,0,0,0", "81_2,0,0,0,0,0"])

@@ -17,6 +17,7 @@ from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import meetings
+from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.controllers.run.recorder import Recorder, pulses_of
 from wpcal.controllers.run.trace import Motion, Trace
@@ -128,15 +129,9 @@ def _motion_faults(
             if motion.seam and off > NEAR_SEAM_MM + around.standoff_mm:
                 yield motion, f"welds {off:.0f} mm off every seam", ErrorCode.INPUT
     if around.part is not None:
-        found = meetings(
-            [motion for motion, _ in goals],
-            around.part,
-            around.torch,
-            around.tool_axis,
-            standoff_mm=around.standoff_mm,
-            more_wire_mm=[0.0] * len(goals),
-            start_mm=around.start_mm,
-        )
+        torch = TorchAtTool(around.torch, around.tool_axis, around.standoff_mm)
+        followed, more_wire_mm = [motion for motion, _ in goals], [0.0] * len(goals)
+        found = meetings(followed, around.part, torch, more_wire_mm, start_mm=around.start_mm)
         yield from ((each.motion, each.what, ErrorCode.POSE_IN_MATERIAL) for each in found)
 
 

@@ -6,17 +6,16 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from wpcal.controllers.fanuc.read import read_fanuc
+from wpcal.controllers.fanuc.read import POSITION, read_fanuc
 from wpcal.controllers.language.grammar import Complaint, Grammar
 
 _LINE = r"^[ \t]*+(?:\d++:)?[ \t]*+"
-_POSITION = re.compile(r"^P\[(\d{1,9}+)[^\]\n]*+\]\{([^{}]*+)\};", re.MULTILINE)
 
 
 def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
     """Yield positions without both groups, and moves in which the torch would not follow the part."""
     split = next((row for row, line in enumerate(lines) if line.startswith("/POS")), len(lines))
-    blocks = dict(_POSITION.findall("\n".join(lines[split:])))
+    blocks = {found["number"]: found["body"] for found in POSITION.finditer("\n".join(lines[split:]))}
     if not any(re.match(r"DEFAULT_GROUP\s*=\s*1,1,", line) for line in lines[:split]):
         yield "the program does not move both groups: expected DEFAULT_GROUP = 1,1,*,*,*", None
     before: str | None = None

@@ -9,13 +9,13 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
+from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.run.trace import Motion
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import poses
 from wpcal.robot.moves import sweep
 from wpcal.robot.moves.interpolation import Moves, turns_between
 from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
-from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 
 LARGEST_MOVE_MM = 20_000.0  #: No robot makes longer moves; they are not followed.
@@ -42,52 +42,46 @@ def is_followed(motion: Motion) -> bool:
 def meetings(
     motions: Sequence[Motion],
     part: TriangleMaterial,
-    torch: TorchShape,
-    axis: ToolAxis,
-    *,
-    standoff_mm: float,
+    torch: TorchAtTool,
     more_wire_mm: Sequence[float],
+    *,
     start_mm: float = START_MM,
 ) -> Iterator[Meeting]:
     """Yield where motions meet the part; of each motion the first place, of one that is not followed its end.
 
-    `standoff_mm`: How far the tip of the usual wire is beyond the tool centre point.
     `more_wire_mm`: How much longer than usual the wire of each motion is.
     """
-    for more_mm in dict.fromkeys(more_wire_mm):
-        own = [motion for motion, each in zip(motions, more_wire_mm, strict=True) if each == more_mm]
-        yield from _meetings(own, part, torch.with_more_wire(more_mm), axis, standoff_mm + more_mm, start_mm)
+    for mm in dict.fromkeys(more_wire_mm):
+        own = [motion for motion, each in zip(motions, more_wire_mm, strict=True) if each == mm]
+        longer = TorchAtTool(torch.shape.with_more_wire(mm), torch.axis, torch.standoff_mm + mm)
+        yield from _meetings(own, part, longer, start_mm)
 
 
 def _meetings(
-    motions: Sequence[Motion],
-    part: TriangleMaterial,
-    torch: TorchShape,
-    axis: ToolAxis,
-    standoff_mm: float,
-    start_mm: float,
+    motions: Sequence[Motion], part: TriangleMaterial, torch: TorchAtTool, start_mm: float
 ) -> Iterator[Meeting]:
+    shape, axis = torch.shape, torch.axis
     column, pending, count = 2 if axis is ToolAxis.Z else 0, list[tuple[Motion, FloatArray, FloatArray]](), 0
 
     def judged() -> Iterator[Meeting]:
         p, R = (np.concatenate([each[row] for each in pending]) for row in (1, 2))
         own = np.repeat(np.arange(len(pending)), [len(each[1]) for each in pending])
-        bend = None if torch.neck is None else neck_directions(R, axis)
-        found = find_poses_in_material(part, p, -R[:, :, column], torch, start_mm=start_mm, bend=bend)
+        bend = None if shape.neck is None else neck_directions(R, axis)
+        found = find_poses_in_material(part, p, -R[:, :, column], shape, start_mm=start_mm, bend=bend)
         told = set[int]()
         for row, solid, piece in zip(found.row.tolist(), found.solid, found.part, strict=True):
             if own[row] not in told:
                 told.add(own[row])
                 x, y, z = p[row]
-                what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {piece.value} of {torch}"
+                what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {piece.value} of {shape}"
                 yield Meeting(pending[own[row]][0], f"{what} is inside {solid!r}")
 
     for motion in motions:
         if motion.goal is None or not np.isfinite(motion.goal).all():
             continue
         p, R = _poses(motion)
-        tips = p + standoff_mm * wire_directions(R, axis)
-        swept = sweep(tips, R, torch.reaching, axis=column)
+        tips = p + torch.standoff_mm * wire_directions(R, axis)
+        swept = sweep(tips, R, shape.reaching, axis=column)
         pending.append((motion, swept.p, swept.R))
         count += len(swept.p)
         if count > PLACES_AT_ONCE:

@@ -25,6 +25,7 @@ from wpcal.controllers.judge.swept import is_followed, meetings
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.language.post import blocks_of, own_arc_templates
 from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import find_controller, grammar_of_file
@@ -212,13 +213,12 @@ def _require_free(trace: Trace, found: Compared, asked: Asked, program: WeldProg
     added = [motion for motion in found.others if _is_near(motion, trace, asked)]
     strange = {id(motion) for motion in found.others}.difference(map(id, added))
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
-    torch, start = program.torch, max((start_mm(path.seam) for path in program.paths), default=START_MM)
+    torch = TorchAtTool(program.shape, program.torch.tool_axis, program.torch.standoff_mm)
+    start = max((start_mm(path.seam) for path in program.paths), default=START_MM)
     more = dict(enumerate((path.seam.more_wire_mm for path in program.paths), 1))
     motions = [motion for motion in trace.motions if id(motion) not in strange]
     own = [more.get(motion.seam, 0.0) for motion in motions]
-    for meeting in meetings(
-        motions, part, program.shape, torch.tool_axis, standoff_mm=torch.standoff_mm, more_wire_mm=own, start_mm=start
-    ):
+    for meeting in meetings(motions, part, torch, own, start_mm=start):
         raise _wrong(name, meeting.motion.place, meeting.what)
     return added
 
