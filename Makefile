@@ -14,8 +14,8 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
 	$(BIN)/wpcal demo -o out
 
-test: $(VENV)/ready ## the tests, without the slow ones; in CI no test may be skipped for a new reason
-	$(PYTEST) -n 2 --dist loadfile -m "not deep" $(if $(CI),--assert-skips)
+test: $(VENV)/ready ## the tests of a push, six minutes (CONTRIBUTING.md); in CI no test may be skipped for a new reason
+	$(PYTEST) -n 2 --dist loadfile -m "not deep" --durations=30 $(if $(CI),--assert-skips)
 
 near: $(VENV)/ready ## the tests that your change can reach, with lint and types: about a minute
 	$(BIN)/python -m tests.near
@@ -37,17 +37,19 @@ docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a war
 	rm -rf docs/reference/library
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
 
-other-pythons: ## the demo and a minute of tests on each other supported version of Python found here
+other-pythons: ## the demo and a selection of tests on each other supported version of Python found here
 	sh .ci/other-pythons
 
-lowest: ## every command at the lowest versions that pyproject.toml allows
+lowest: ## the commands at the lowest versions that pyproject.toml allows
 	sh .ci/lowest
 
 same-answers: $(VENV)/ready ## poses, plans and programs that must not depend on the processor
 	$(PYTEST) tests/laws/test_same_pose.py tests/laws/test_same_plan.py tests/unit/controllers/test_how_to_pages.py
 
-deep: $(VENV)/ready ## the slow tests, breaks of the changed lines, and the README's commands on a bare Debian
-	$(PYTEST) -n 2 --dist loadfile -m deep
+deep: $(VENV)/ready ## the tests that no push runs, breaks of the changed lines, and the README's commands on a bare Debian
+	$(PYTEST) -n 2 --dist loadfile -m deep --durations=30
+	sh .ci/other-pythons --deep
+	sh .ci/lowest --deep
 	$(BIN)/python -m tests.mutate
 	sh .ci/bare
 

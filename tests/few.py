@@ -1,4 +1,4 @@
-"""Some cases of a law in every run, and all of them in `make deep`."""
+"""The first, cheap cases of a test at each push, and the others in `make deep` (CONTRIBUTING.md, Tests)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
 """The search of the documentation finds the page that answers a question, in the words of the person who asks."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

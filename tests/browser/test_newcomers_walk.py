@@ -4,8 +4,6 @@ What a person does is counted at a slow pace, what the machine does in processor
 is not part of it.
 """
 
-from __future__ import annotations
-
 import json
 import resource
 import subprocess

@@ -1,7 +1,5 @@
 """Bodies that may have moved, in the picker: switched on, with a tolerance, saved, and there again after a reload."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import shutil
@@ -16,6 +14,7 @@ pytestmark = pytest.mark.usefixtures("kernel_here")
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
 
 
+@pytest.mark.deep
 def test_the_page_says_what_its_command_says(
     start: Any, open_page: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,7 +1,5 @@
 """The picker forgets nothing: after a reload, in a second window, after its server was killed, and in its files."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shutil
@@ -68,6 +66,7 @@ def taught(tmp_path: Path) -> Path:
     return Path(shutil.copy(TEE / "taught.csv", tmp_path / "taught.csv"))
 
 
+@pytest.mark.deep
 def test_an_existing_table_is_opened_and_saved_back(start: Any, open_page: Any, taught: Path) -> None:
     before = taught.read_bytes()
     opened = open_page(start(TEE / "tee.step").url)
@@ -121,6 +120,7 @@ def test_a_killed_server_loses_nothing(start: Any, open_page: Any, tmp_path: Pat
     assert "taught.csv.draft: the page shows its rows" in again.page.inner_text("#notes")
 
 
+@pytest.mark.deep
 def test_two_windows_show_each_other_and_revert_nothing(start: Any, open_page: Any, taught: Path) -> None:
     url = start(TEE / "tee.step").url
     first, second = open_page(url), open_page(url)
@@ -136,6 +136,7 @@ def test_two_windows_show_each_other_and_revert_nothing(start: Any, open_page: A
     assert first.said == second.said == []
 
 
+@pytest.mark.deep
 def test_a_window_that_slept_takes_nothing_back(start: Any, open_page: Any, taught: Path) -> None:
     """The second window hears of nothing until it saves."""
     url = start(TEE / "tee.step").url
@@ -151,6 +152,7 @@ def test_a_window_that_slept_takes_nothing_back(start: Any, open_page: Any, taug
     assert {name: written(taught)[name] for name in ("V2", "V4")} == {"V2": "812.99", "V4": "744.99"}
 
 
+@pytest.mark.deep
 def test_one_cell_typed_in_two_windows_is_shown_with_both_texts(start: Any, open_page: Any, taught: Path) -> None:
     url = start(TEE / "tee.step").url
     first, second = open_page(url), open_page(url)
@@ -192,6 +194,7 @@ def test_a_file_that_another_program_changed_is_opened_or_left_alone(start: Any,
     assert "taught-2.csv" in opened.page.inner_text("#save-state code")
 
 
+@pytest.mark.deep
 def test_the_changed_file_is_opened_and_what_was_typed_comes_back(start: Any, open_page: Any, taught: Path) -> None:
     opened = open_page(start(TEE / "tee.step").url)
     type_into(opened, "V4", "x_mm", "744.99")
@@ -206,6 +209,7 @@ def test_the_changed_file_is_opened_and_what_was_typed_comes_back(start: Any, op
     assert "812.55" in taught.with_name("taught.csv.bak").read_text(encoding="utf-8")
 
 
+@pytest.mark.deep
 def test_the_advised_template_is_a_list_of_what_to_touch_until_all_is_touched(
     start: Any, open_page: Any, tmp_path: Path
 ) -> None:
@@ -225,6 +229,7 @@ def test_the_advised_template_is_a_list_of_what_to_touch_until_all_is_touched(
     assert list(rows_on(again)) == names
 
 
+@pytest.mark.deep
 def test_when_the_disk_cannot_be_written_the_page_says_so(start: Any, open_page: Any, taught: Path) -> None:
     """A folder where the draft goes: writing fails, for any user."""
     opened = open_page(start(TEE / "tee.step").url)

@@ -1,7 +1,5 @@
 """The picker from end to end: click features, type values, save; `wpcal calibrate` gives the same result."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -97,6 +95,7 @@ def test_the_pointer_names_the_nearest_feature(start: Any, open_page: Any, place
     assert "10.000 mm" in tip
 
 
+@pytest.mark.deep
 def test_rows_are_there_at_the_beginning_and_a_wrong_one_is_named(start: Any, open_page: Any) -> None:
     opened = open_page(start(TEE / "tee.step", TEE / "taught.csv", "-o", "taught.csv").url)
     settled(opened)
@@ -112,6 +111,7 @@ def test_rows_are_there_at_the_beginning_and_a_wrong_one_is_named(start: Any, op
     assert shown(opened) == before
 
 
+@pytest.mark.deep
 def test_points_are_suggested_and_wait_for_their_coordinates(start: Any, open_page: Any) -> None:
     opened = open_page(start(TEE / "tee.step", "--sigma-mm", "0.3").url)
     opened.page.click("#suggest")
@@ -127,6 +127,7 @@ def test_points_are_suggested_and_wait_for_their_coordinates(start: Any, open_pa
     opened.wait("document.querySelectorAll('#points tbody tr').length === 5")
 
 
+@pytest.mark.deep
 def test_a_program_is_read_and_its_frame_asked_for(start: Any, open_page: Any, tmp_path: Path) -> None:
     lines = ["DEFDAT TEACH"]
     for name, (x, y, z) in VALUES.items():
@@ -187,6 +188,7 @@ def test_wrong_use_is_one_line(arguments: list[str | Path], said: str, tmp_path:
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("there.csv", "mine")]
 
 
+@pytest.mark.deep
 def test_a_tablet_in_the_network_has_the_whole_page(start: Any, open_page: Any) -> None:
     """At an address of the network browsers take functions away; here the page is at a name that stands for one."""
     picker = start(TEE / "tee.step", "--host", "localhost")

@@ -1,7 +1,5 @@
 """The picker with a robot: one key fills the selected row, and what must not be a row stays out of the table."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path
@@ -23,6 +21,7 @@ ROWS = (
 )
 
 
+@pytest.mark.deep
 def test_one_key_per_row_and_the_report_is_that_of_the_positions(start: Any, open_page: Any, tmp_path: Path) -> None:
     found = json.loads(run_here("features", TEE / "tee.step", "--json").stdout)["features"]
     places = {feature["name"]: feature["p_mm"] for feature in found}

@@ -36,6 +36,7 @@ def truth() -> RigidTransform:
     return RigidTransform(T[:3, :3], T[:3, 3], "base", "part")
 
 
+@pytest.mark.deep
 def test_touches_are_picked_on_faces_and_fitted(
     start: Any, open_page: Any, tmp_path: Path, truth: RigidTransform
 ) -> None:

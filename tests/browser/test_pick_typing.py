@@ -1,7 +1,5 @@
 """Typing and pasting in the picker's table: positions are read correctly, and the caret stays where it is."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import signal
@@ -15,6 +13,7 @@ from urllib.request import Request, urlopen
 import pytest
 
 from tests.browser.conftest import OpenPage
+from tests.few import few
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 PLACE = ("x_mm", "y_mm", "z_mm")
@@ -131,6 +130,7 @@ def test_a_position_fills_its_row_however_it_is_written(table: Any) -> None:
     assert table.said == []
 
 
+@pytest.mark.deep
 def test_thousands_are_no_further_numbers(table: Any) -> None:
     for text in ("1.812,29 -240,62 165,80", "1,812.29 -240.62 165.80"):
         cell(table, "V2", "x_mm").focus()
@@ -146,6 +146,7 @@ def test_what_is_in_doubt_is_not_taken_apart(table: Any) -> None:
     assert "unclear whether the comma is a decimal sign" in state(table)
 
 
+@pytest.mark.deep
 def test_named_positions_go_to_their_rows_and_others_down_the_table(table: Any) -> None:
     cell(table, "V2", "x_mm").focus()
     paste(table, "V12 1 2 3\nV4 4 5 6\nV14 7 8 9")
@@ -231,7 +232,7 @@ def test_reading_a_table_leaves_the_caret_where_it_is(table: Any) -> None:
     assert table.page.evaluate("document.activeElement.closest('tr').dataset.name") == "V12"
 
 
-@pytest.mark.parametrize("begun", ["-", "1e", "12,"])
+@pytest.mark.parametrize("begun", few(["12,", "-", "1e"], 1))
 def test_a_number_that_is_begun_waits_until_the_hand_leaves(table: Any, begun: str) -> None:
     y = cell(table, "V4", "y_mm")
     y.fill("")
@@ -263,6 +264,7 @@ def test_a_file_read_again_replaces_its_points_and_keeps_what_they_are_for(table
     assert len(names(table)) == 6
 
 
+@pytest.mark.deep
 def test_a_row_without_a_feature_is_called_like_the_one_typed_into_it(table: Any) -> None:
     keyboard = table.page.keyboard
     table.page.click("#add")
@@ -297,6 +299,7 @@ def test_what_was_saved_stays_said_when_the_caret_leaves_the_cell(table: Any) ->
     assert table.page.inner_text("#save-state").startswith("saved 6 rows")
 
 
+@pytest.mark.deep
 def test_a_row_touched_on_the_neighbouring_corner_takes_its_name_with_one_click(table: Any) -> None:
     cell(table, "V2", "y_mm").focus()
     paste(table, "812.50 -240.25 155.75")  # V1, the corner 10 mm below V2

@@ -49,6 +49,7 @@ def test_all_seams_are_listed_and_what_is_not_welded_is_told(planned, page):
     assert len(page.asked) == 1  # the page needs no other file
 
 
+@pytest.mark.deep
 def test_a_click_goes_to_a_seam_and_the_arm_moves_with_the_time(planned, page):
     _, line, _ = planned
     start = page.pixels()

@@ -1,7 +1,5 @@
 """The report of a weldment whose bodies moved: what the page says and draws of them."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -34,6 +32,7 @@ def count(pixels: FloatArray, colour: tuple[int, int, int]) -> int:
     return int(np.sum(np.linalg.norm(pixels - colour, axis=2) < NEAR))
 
 
+@pytest.mark.deep
 def test_page_says_and_draws_what_moved(folder: Path, open_page: Any) -> None:
     record = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))["bodies"]
     found = open_page(folder / "report.html")

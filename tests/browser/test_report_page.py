@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.running import run_here
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
@@ -78,6 +79,7 @@ def test_nothing_is_wider_than_the_window(folder: Path, open_page: Any, width: i
     assert found.page.evaluate("document.documentElement.scrollWidth") == width
 
 
+@pytest.mark.deep
 def test_toggles_hide_what_they_say(folder: Path, open_page: Any) -> None:
     found = open_page(folder / "report.html")
     page = found.page
@@ -201,6 +203,7 @@ def test_the_view_and_the_rows_answer_to_the_keyboard(folder: Path, open_page: A
     assert page.evaluate("document.activeElement.tagName") == "TR"
 
 
+@pytest.mark.deep
 def test_a_phone_shows_the_95_percent_column_and_the_table_has_the_taught_coordinates(
     folder: Path, open_page: Any
 ) -> None:
@@ -213,6 +216,7 @@ def test_a_phone_shows_the_95_percent_column_and_the_table_has_the_taught_coordi
     assert cells[5:8] == [f"{v:.3f}" for v in point["p_base_mm"]]
 
 
+@pytest.mark.deep
 def test_a_distance_is_measured_and_the_part_is_cut_open(folder: Path, open_page: Any) -> None:
     found = open_page(folder / "report.html")
     page = found.page
@@ -247,6 +251,7 @@ def test_what_is_behind_the_part_does_not_answer(folder: Path, open_page: Any) -
     assert tip.is_hidden() or not tip.inner_text().startswith("W3")
 
 
+@pytest.mark.deep
 def test_a_row_of_the_table_brings_its_seam_to_the_front(folder: Path, open_page: Any) -> None:
     found = open_page(folder / "report.html")
     frame = seams(folder)[BEHIND]["frames"][FRAME]["p_mm"]
@@ -264,7 +269,7 @@ def test_the_page_unpacks_the_very_bytes_of_the_mesh(folder: Path, open_page: An
     assert bytes(kept) == (folder / "part.glb").read_bytes()
 
 
-@pytest.mark.parametrize(("solid", "p_part", "normal_part"), ON_FACES)
+@pytest.mark.parametrize(("solid", "p_part", "normal_part"), few(ON_FACES, 2))
 def test_the_part_stands_where_it_was_calibrated(
     folder: Path, open_page: Any, solid: str, p_part: list[float], normal_part: list[float]
 ) -> None:
@@ -281,6 +286,7 @@ def test_the_part_stands_where_it_was_calibrated(
     np.testing.assert_allclose(hit["normal"], T[:3, :3] @ normal_part, rtol=0, atol=DRAWN_RAD)
 
 
+@pytest.mark.deep
 def test_the_factor_of_the_residuals_is_shown(folder: Path, open_page: Any) -> None:
     found = open_page(folder / "report.html")
     shown = found.page.locator("output[data-test='factor']")
@@ -333,6 +339,7 @@ def test_a_calibration_without_mesh_seams_and_predictions(folder: Path, tmp_path
     assert found.page.locator("input[data-layer='part']").count() == 0
 
 
+@pytest.mark.deep
 def test_points_that_fit_exactly_and_a_closed_seam(tmp_path: Path, open_page: Any) -> None:
     run_wpcal("calibrate", SADDLE / "saddle.step", SADDLE / "taught_exact.csv", "-o", tmp_path / "out")
     found = open_page(tmp_path / "out" / "report.html")
@@ -341,6 +348,7 @@ def test_points_that_fit_exactly_and_a_closed_seam(tmp_path: Path, open_page: An
     assert found.page.locator(".gauge .value").first.inner_text() == "0.000 mm"
 
 
+@pytest.mark.deep
 def test_the_printer_gets_a_picture_of_the_view(folder: Path, open_page: Any) -> None:
     found = open_page(folder / "report.html")
     found.page.evaluate("dispatchEvent(new Event('beforeprint'))")

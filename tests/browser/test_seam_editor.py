@@ -1,7 +1,5 @@
 """A technician sets a wrong part right by hand: click by click, in the picker and on the page of seams."""
 
-from __future__ import annotations
-
 import json
 import time
 from pathlib import Path
@@ -80,6 +78,7 @@ def check_walked(seams: dict[str, Any]) -> None:
     assert (first, last) == (pytest.approx([175, 64, 10]), pytest.approx([115, 64, 10]))
 
 
+@pytest.mark.deep
 def test_a_wrong_part_is_set_right_in_the_picker(start: Any, open_page: Any, tmp_path: Path) -> None:
     picker = start(TEE)
     opened = open_page(picker.url)
@@ -102,6 +101,7 @@ def test_a_wrong_part_is_set_right_in_the_picker(start: Any, open_page: Any, tmp
     assert opened.said == second.said == []
 
 
+@pytest.mark.deep
 def test_the_errors_follow_the_seams_that_were_decided(start: Any, open_page: Any, tmp_path: Path) -> None:
     opened = open_page(start(TEE, TEE.parent / "taught.csv", "-o", "t.csv").url)
     opened.wait("window.wpcal.idle && document.querySelectorAll('#seams .bar').length === 2")
@@ -118,6 +118,7 @@ def test_the_errors_follow_the_seams_that_were_decided(start: Any, open_page: An
     assert opened.said == []
 
 
+@pytest.mark.deep
 def test_a_click_on_the_chosen_seam_is_the_place_of_the_cut(start: Any, open_page: Any) -> None:
     """Also between its frames, and beside a feature, whose row a click would add otherwise."""
     opened = open_page(start(TEE).url)
@@ -174,6 +175,7 @@ def test_the_picker_finds_ticks_and_decides_several_and_shows_the_solids(start: 
     assert opened.said == []
 
 
+@pytest.mark.deep
 def test_a_solid_is_said_to_be_welded_or_not_in_the_picker(start: Any, open_page: Any, tmp_path: Path) -> None:
     """Said in one window, seen in both, kept for the next session, and told by the command that repeats it."""
     picker = start(TEE, TEE.parent / "taught.csv", "-o", "t.csv")

@@ -1,7 +1,5 @@
 """A part with many wrong seams is set right on the page of seams, at the speed of a person, click by click."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -106,6 +104,7 @@ def test_seams_of_a_gate_with_a_solid_mistaken_are_set_right_within_two_minutes(
     assert welder.opened.said == []
 
 
+@pytest.mark.deep
 def test_a_refused_seam_leads_to_its_solid_and_several_are_decided_and_undone_at_once(
     open_page: Any, tmp_path: Path
 ) -> None:

@@ -1,7 +1,5 @@
 """`wpcal advise --bodies` on the uprights: which plate, for which seam, how far, and what it cannot promise."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -58,6 +56,7 @@ def test_kept_contacts_tell_as_much_as_touches(wpcal: Command) -> None:
     assert kept["joint_95_mm"] < free["joint_95_mm"]
 
 
+@pytest.mark.deep
 def test_a_tolerance_takes_harder_places_if_it_must(wpcal: Command) -> None:
     loose, tight = advice(wpcal, "--tolerance-mm", "2.5"), advice(wpcal, "--tolerance-mm", "1.0")
     assert loose["joint_95_mm"] <= 2.5
@@ -66,6 +65,7 @@ def test_a_tolerance_takes_harder_places_if_it_must(wpcal: Command) -> None:
     assert tight["why_not"] == ""
 
 
+@pytest.mark.deep
 def test_a_tolerance_below_the_errors_of_touches_says_why(wpcal: Command) -> None:
     found = advice(wpcal, "--tolerance-mm", "0.05", ends=1)
     assert found["why_not"].startswith("0.05 mm is not reached: ")

@@ -1,7 +1,5 @@
 """`wpcal batch` on real parts: the same bytes as one command for each job, and nothing lost when something breaks."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -48,6 +46,7 @@ def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path, monk
         assert job == single
 
 
+@pytest.mark.deep
 def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
     """A job, two folders that changed places, a request and the summary were changed; the others are as claimed."""
     out = folder / "changed"
@@ -78,6 +77,7 @@ def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
     assert any(where.startswith("summary.csv line 2 bound_mm") for where in told["summary.jsonl"])
 
 
+@pytest.mark.deep
 def test_another_folder_order_of_work_and_surroundings_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     """Of all records, programs and pages, and of the page of drift over them."""
     elsewhere = tmp_path / "another place"
@@ -113,6 +113,7 @@ def test_what_is_complete_is_not_done_again_unless_an_input_changed(folder: Path
     assert contents(tmp_path / "out").keys() == contents(folder / "whole").keys()
 
 
+@pytest.mark.deep
 def test_a_disk_that_takes_no_more_ends_the_batch_in_one_line(folder: Path, tmp_path: Path) -> None:
     """Files may have 30 kB only: calibration.json fits, the moved part does not."""
     shutil.copytree(folder, tmp_path / "list", ignore=shutil.ignore_patterns("whole"))

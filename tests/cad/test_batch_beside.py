@@ -1,7 +1,5 @@
 """Other commands beside a batch, on its folder and its cache, and what a power cut leaves in them."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

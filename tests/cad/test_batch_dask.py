@@ -1,6 +1,7 @@
-"""Batches and studies on a real scheduler with two real workers: the same bytes as here, and nothing lost with them."""
+"""Batches and studies on a real scheduler with two real workers: the same bytes as here, and nothing lost with them.
 
-from __future__ import annotations
+Deep: `test_batch` and `test_batch_processes` have the same promises for processes of this machine at each push.
+"""
 
 import asyncio
 import os
@@ -28,7 +29,7 @@ from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.running import FINISHED, TIMEOUT_S, needs_proc, run_here
 from wpcal.study.dask.cluster import Call, Cluster
 
-pytestmark = needs_proc
+pytestmark = [needs_proc, pytest.mark.deep]
 REPEATS = 4  #: So often the jobs of the list are repeated: enough to disturb a batch before its end.
 LIMIT_S, LIMIT_GB = 2.0, 2.0  #: A job that hangs is ended so soon; those that work take milliseconds.
 ORPHAN_S = 10.0  #: Within this time the processes of a worker that was killed end, and what they wrote is removed.
@@ -115,7 +116,6 @@ def is_soon(true: Callable[[], bool]) -> bool:
     return true()
 
 
-@pytest.mark.deep
 def test_a_worker_is_killed_and_the_bytes_are_the_same(folder: Path, tmp_path: Path) -> None:
     with dask_processes(tmp_path / "processes") as dask:
         dask.add_worker()
@@ -274,7 +274,6 @@ def test_what_keeps_a_batch_from_starting_is_one_line(
     assert "pip install 'wpcal[dask]'" in done.stderr
 
 
-@pytest.mark.deep
 def test_the_script_for_object_storage_copies_there_and_back(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import fsspec
 

@@ -3,8 +3,6 @@
 The disks are file systems in memory of a few hundred kB, mounted for the test; they fill as a real disk does.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from collections.abc import Iterator

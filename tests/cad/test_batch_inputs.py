@@ -1,7 +1,5 @@
 """Inputs of a batch that change while they are read: a recorded SHA-256 is ever that of the bytes that were used."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import os

@@ -1,7 +1,5 @@
 """`kill -9` at any moment of `wpcal batch`, of the command or of any of its processes, then `--resume`."""
 
-from __future__ import annotations
-
 import random
 import shutil
 from pathlib import Path

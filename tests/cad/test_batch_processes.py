@@ -1,7 +1,5 @@
 """Jobs run in processes of their own: whatever happens to one of them, no other job is lost, and nothing is left."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """Ctrl-C, SIGTERM and SIGHUP at random moments: one line, the exit code of the signal, and nothing is left."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil
@@ -86,6 +84,7 @@ def check_and_resume(reference: Reference, folder: Path, seed: int, times: int) 
     place.nothing_left()
 
 
+@pytest.mark.deep
 def test_signals_end_a_command_in_one_line(reference: Reference, tmp_path: Path) -> None:
     check_and_resume(reference, tmp_path / "place", 5, IN_CI)
 

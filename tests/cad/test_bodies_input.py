@@ -1,7 +1,5 @@
 """Files and options about bodies that cannot be used: one line that says what is wrong, where, and what is expected."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a person sees of bodies that moved, after `wpcal calibrate --bodies`."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

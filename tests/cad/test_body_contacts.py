@@ -1,7 +1,5 @@
 """Bodies that lie on each other: which faces touch, and what keeping them so gives."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

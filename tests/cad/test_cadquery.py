@@ -4,8 +4,6 @@ CadQuery 2.8 needs another version of the kernel than wpcal and cannot be beside
 first tests use objects that have what CadQuery's have; the last one uses CadQuery where it can be imported.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -35,6 +35,7 @@ def check(workpiece: Workpiece, monkeypatch: pytest.MonkeyPatch, within_mm: floa
     check_same(found, wanted, within_mm)
 
 
+@pytest.mark.deep
 def test_opposed_faces_are_turned_by_the_whole_part(monkeypatch: pytest.MonkeyPatch) -> None:
     one = open_workpiece(BLOCK)
     twice = Workpiece(together(one.graph, shifted(one.graph, np.array([0.0, 0.0, 900.0]))))

@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
 from tests.benchmarks.welds.score import COVERED, sampled
+from tests.few import few
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.limits import Level
@@ -61,7 +62,7 @@ def is_along(seam: Seam, item: dict[str, Any], told: Sequence[Seam] = ()) -> boo
     return is_found(item, [seam] if seam.closed else told)
 
 
-@pytest.mark.parametrize("stem", ["as1-oc-214", "box_sides", pytest.param("tail_section_asm", marks=pytest.mark.deep)])
+@pytest.mark.parametrize("stem", few(["as1-oc-214", "box_sides", "tail_section_asm"], 1))
 def test_every_expected_seam_is_accepted_and_no_other(stem: str, shared_step: Path) -> None:
     wanted, seams = expected_seams(stem), seams_of(shared_step, stem)
     told = [seam for seam in seams if seam.accepted or seam.blocked_by]  # the list says where joints are, not torches

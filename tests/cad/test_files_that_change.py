@@ -1,7 +1,5 @@
 """A recorded SHA-256 is that of the bytes that were used, whatever happens to the files during the run."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 from pathlib import Path

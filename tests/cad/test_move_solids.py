@@ -1,7 +1,5 @@
 """The moved STEP file of a weldment whose bodies moved: every solid where its own motion puts it, and nothing lost."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Laws of seams of bodies that moved, on plane, round and free-form faces; the kernel's own surfaces judge them."""
 
-from __future__ import annotations
-
 import tempfile
 from dataclasses import dataclass
 from functools import cache

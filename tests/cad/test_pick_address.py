@@ -1,7 +1,5 @@
 """Where the picker's page can be reached, and who sees its secret."""
 
-from __future__ import annotations
-
 import stat
 from pathlib import Path
 

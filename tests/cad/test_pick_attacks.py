@@ -3,8 +3,6 @@
 `{path}` is the secret path of the page, `{host}` its address and port.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator

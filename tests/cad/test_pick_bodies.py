@@ -1,7 +1,5 @@
 """Bodies that may have moved, in the picker: answer, command and what is kept are those of `wpcal calibrate`."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -43,7 +41,7 @@ def part() -> PickPart:
             MovingChoice(True, tack_mrad=5.0, keeps_contacts=True),
             MovingChoice(True),
         ],
-        1,
+        0,
     ),
 )
 def test_the_numbers_are_those_of_calibrate(part: PickPart, moving: MovingChoice) -> None:

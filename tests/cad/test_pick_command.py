@@ -1,7 +1,5 @@
 """What `wpcal pick` must refuse before it reads the part."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The draft beside the table: damaged, of another part, of another picker, of a killed server."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Decisions about seams in the page: carried out by the library, kept in a file that the commands take."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

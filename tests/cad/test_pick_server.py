@@ -1,7 +1,5 @@
 """The picker's server answers its own page, and nobody else."""
 
-from __future__ import annotations
-
 import base64
 import socket
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What the picker says of rows is what `wpcal calibrate` says of the file that it saves."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ from cad.session.session import ERROR_DIGITS, PickSession, fault_record
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.moving import MovingChoice
+from tests.few import few
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
 from wpcal.touch.advice import advise, advise_set
@@ -45,12 +44,15 @@ def opened(part: PickPart, file: str = "taught.csv", **more: Any) -> tuple[PickS
 
 @pytest.mark.parametrize(
     ("file", "options"),
-    [
-        ("taught.csv", CalibrateOptions()),
-        ("taught_blunder.csv", CalibrateOptions(criterion=Criterion.LEAST_SQUARES)),
-        ("taught.csv", CalibrateOptions(teaching=TeachingError(sigma_mm=0.2), tolerance_mm=0.1, seed=5)),
-        ("touches_321.csv", CalibrateOptions(ball_mm=1.0, teaching=TeachingError(sigma_mm=0.1))),
-    ],
+    few(
+        [
+            ("taught_blunder.csv", CalibrateOptions(criterion=Criterion.LEAST_SQUARES)),
+            ("touches_321.csv", CalibrateOptions(ball_mm=1.0, teaching=TeachingError(sigma_mm=0.1))),
+            ("taught.csv", CalibrateOptions()),
+            ("taught.csv", CalibrateOptions(teaching=TeachingError(sigma_mm=0.2), tolerance_mm=0.1, seed=5)),
+        ],
+        2,
+    ),
 )
 def test_the_numbers_are_those_of_calibrate(
     part: PickPart, file: str, options: CalibrateOptions, tmp_path: Path
@@ -155,6 +157,7 @@ def named(*names: str, use: str = "yes") -> Rows:
     return Rows(NEW_COLUMNS, tuple((name, "", "", "", name, use) for name in names))
 
 
+@pytest.mark.deep
 def test_suggested_points_promise_what_advise_promises(part: PickPart) -> None:
     session = PickSession(part, CalibrateOptions(teaching=TeachingError(sigma_mm=0.2)))
     seams = [seam for seam in part.seams if seam.accepted]

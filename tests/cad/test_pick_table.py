@@ -1,7 +1,5 @@
 """The table that all windows share: nothing typed is lost, whatever happens to windows, files and processes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Trimmed faces of every surface: left of a boundary is inside, right of it outside; and the kernel agrees."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """`wpcal rpc`: every answer follows its schema, is what the command says, and names what is wrong in a request."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -116,6 +114,7 @@ def test_features_are_those_of_the_command(tee: dict[str, Any], folder: Path) ->
     assert tee["solids"] == ["base plate", "web"]
 
 
+@pytest.mark.deep
 def test_seams_are_those_of_the_command(client: RpcClient, tee: dict[str, Any], folder: Path) -> None:
     found = client.ask("seams", handle=tee["handle"], options={"min_length_mm": 20, "weld": ["web"]})
     options = ("--min-length-mm", "20", "--weld", "web")
@@ -126,6 +125,7 @@ def test_seams_are_those_of_the_command(client: RpcClient, tee: dict[str, Any], 
         assert {**ours, "frames": None} == {**theirs, "frames": None}
 
 
+@pytest.mark.deep
 def test_a_decision_is_carried_out_and_saved_results_are_checked_with_it(
     client: RpcClient, tee: dict[str, Any], rows: dict[str, Any], folder: Path
 ) -> None:

@@ -1,7 +1,5 @@
 """The front of `wpcal rpc` with a worker of the test: one answer to a cancel, and one to every request at the end."""
 
-from __future__ import annotations
-
 import json
 import os
 import threading

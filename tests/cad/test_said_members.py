@@ -57,12 +57,14 @@ def test_members_are_listed_with_their_weights_and_welds(fused: Path) -> None:
     assert {name: one["weld_mm"] for name, one in found.items()} == {"SOLID": 760, BASE: 760, TUBE: 200, WEB: 560}
 
 
+@pytest.mark.deep
 def test_a_round_head_is_as_wide_as_it_is_and_what_is_bought_is_one_member() -> None:
     found = members(listed(shared("as1-oc-214.stp"), "--weld", "bolt#3"))  # each round face there is in two halves
     assert (found["bolt#3/1"]["kind"], found["bolt#3/2"]["kind"]) == ("round bar 10 x 10 mm", "plate 15 x 3 mm")
     assert (found["bolt"]["kind"], found["nut"]["kind"], "bolt/1" in found) == ("bought", "bought", False)
 
 
+@pytest.mark.deep
 def test_the_seams_follow_what_is_said(fused: Path) -> None:
     one = listed(fused, "--member", f"{WEB}={BASE}")
     assert welds(one) == {"SOLID": 200, BASE: 200, TUBE: 200, WEB: 0}
@@ -85,6 +87,7 @@ def test_what_looks_milled_is_welded_if_a_person_says_so(tmp_path: Path) -> None
     assert welds(listed(step, "--member", "SOLID=weldment")) == {"SOLID": 400}
 
 
+@pytest.mark.deep
 def test_a_file_says_the_same_as_the_words_of_a_command_on_this_part_only(fused: Path, tmp_path: Path) -> None:
     said = listed(fused, "--member", f"{TUBE}=cast")
     file = tmp_path / "seams.json"
@@ -114,6 +117,7 @@ def test_wrong_words_are_one_line(fused: Path) -> None:
     assert "once per name" in refused(fused, "--member", f"{TUBE}=bar", "--member", f"{TUBE}=tube")
 
 
+@pytest.mark.deep
 def test_what_is_said_in_the_picker_is_kept_for_commands_and_undone(fused: Path, tmp_path: Path) -> None:
     def search(judging: Judging) -> PickPart:
         return read_pick_part(fused, options=SeamOptions(judging=judging), choice=SeamChoice())

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_workpiece
+from tests.few import few
 from wpcal.core.arrays import FloatArray
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
@@ -77,7 +78,9 @@ def frame_lines() -> list[Line]:
     return lines
 
 
-@pytest.mark.parametrize(("name", "lines"), [("tee", tee_lines()), ("lap", lap_lines()), ("frame", frame_lines())])
+@pytest.mark.parametrize(
+    ("name", "lines"), few([("tee", tee_lines()), ("lap", lap_lines()), ("frame", frame_lines())], 2)
+)
 def test_straight_seams_are_where_the_closed_form_has_them(name: str, lines: list[Line]) -> None:
     seams = seams_in_truth(name)
     assert len(seams) == len(lines)
@@ -128,7 +131,7 @@ def test_exact_points_find_the_place(name: str) -> None:
     assert found.T_base_part.is_close(truth(name), atol_mm=EXACT_MM, atol_rad=EXACT_RAD)
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", few(PARTS, 2))
 def test_the_seam_error_is_within_what_was_predicted(name: str) -> None:
     found, T = calibrated(name, "taught.csv"), truth(name)
     for seam, u95_mm in zip(found.candidates, found.candidate_u95_mm, strict=True):

@@ -1,7 +1,5 @@
 """What a script gives and gets: points in any of five forms, welds apart from candidates, a short summary."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 

@@ -5,12 +5,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.running import run_here
 from tests.saved_graphs import saved_seams
 from wpcal.core.records import to_json
 from wpcal.seam.record import seams_record
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
 def edited_file(folder: Path, edit: Callable[[dict[str, Any]], None]) -> Path:

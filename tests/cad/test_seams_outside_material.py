@@ -25,7 +25,7 @@ from wpcal.seam.path.cut import spans_of
 ON_FACE_MM = 1e-4  #: A point this near to a face is on it: the end of a stretch lies on the solid that it ends at.
 MINI = ("g80", "g125", "g150", "g180", "g250", "hole3", "hole10", "lug", "pp_narrow", "pp_over", "pp_tangent")
 PARTS = (
-    *("as1-oc-214.stp", "dm1-id-214.stp", "house_walls.stp", "../blind/iron_Footer_Type_U_L70.step"),
+    *("house_walls.stp", "dm1-id-214.stp", "as1-oc-214.stp", "../blind/iron_Footer_Type_U_L70.step"),
     *(f"../blind/mini/{name}.step" for name in (*MINI, "t0", "t30", "t90", "cov3", "cov25")),
 )
 """Small parts: each takes less than a second."""
@@ -69,7 +69,7 @@ def count_inside(shapes: list[object], points: FloatArray) -> int:
 @pytest.mark.parametrize(
     "name",
     few(
-        ["crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "closed-box", "frame", "saddle"], 2
+        ["crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "closed-box", "frame", "saddle"], 1
     ),
 )
 def test_accepted_frames_of_own_parts(name: str) -> None:
@@ -80,7 +80,7 @@ def test_accepted_frames_of_own_parts(name: str) -> None:
     assert count_inside([shape for _, shape in GRAPHS[name]()], points) == 0
 
 
-@pytest.mark.parametrize("name", few(PARTS, 4))
+@pytest.mark.parametrize("name", few(PARTS, 2))
 def test_accepted_frames_of_parts_made_by_others(name: str, shared_step: Path) -> None:
     workpiece = open_workpiece(shared_step / name)
     seams, workpiece = find_seams(workpiece, SeamOptions())

@@ -66,11 +66,14 @@ def test_a_point_behind_the_web_is_told_from_those_in_sight(tee):
 @pytest.mark.parametrize("paper", few([A3, A4], 1))
 @pytest.mark.parametrize(
     ("part", "names"),
-    [
-        (TEE, NAMES),
-        (FRAME, ("V3", "V5", "V57", "V63", "V1", "V60")),
-        (REAL / "nist_ctc_05_asme1_ap242-e1.stp", ("V1", "V20", "V40", "H3", "H7", "H9", "C5", "M9")),
-    ],
+    few(
+        [
+            (TEE, NAMES),
+            (FRAME, ("V3", "V5", "V57", "V63", "V1", "V60")),
+            (REAL / "nist_ctc_05_asme1_ap242-e1.stp", ("V1", "V20", "V40", "H3", "H7", "H9", "C5", "M9")),
+        ],
+        2,
+    ),
 )
 def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, paper):
     if not part.is_file():
@@ -108,6 +111,7 @@ def test_the_dxf_holds_names_numbers_coordinates_and_the_hash(tee):
     assert any("scale 1:2" in text for text in texts)
 
 
+@pytest.mark.deep
 def test_points_are_those_that_advise_picks(tee):
     from cad.workpiece.advise import AdviseOptions, advise_points
     from wpcal.seam import SeamOptions
@@ -118,7 +122,7 @@ def test_points_are_those_that_advise_picks(tee):
 
 
 @pytest.mark.parametrize(
-    ("suffix", "start"), few([(".pdf", b"%PDF"), (".svg", b"<?xml"), (".png", b"\x89PNG"), (".dxf", b"  0")], 2)
+    ("suffix", "start"), few([(".svg", b"<?xml"), (".pdf", b"%PDF"), (".png", b"\x89PNG"), (".dxf", b"  0")], 1)
 )
 def test_each_format_is_written_and_twice_the_same(tee, suffix, start):
     options = SheetOptions(suffix, A4, names=NAMES)
@@ -229,6 +233,7 @@ def test_a_list_of_welds_has_their_signs_sizes_and_lengths(tee, tmp_path):
     np.testing.assert_allclose(flat[:, 1, 0] - flat[:, 0, 0], 75 / 2 - 0.4 * A3.text, rtol=0, atol=SAME_MM)
 
 
+@pytest.mark.deep
 def test_many_welds_are_pages_of_a_pdf_and_nothing_else(tee, tmp_path):
     welds = read_listed_welds(listed(tmp_path, A4.most_points + 1))
     data = make_sheet(tee, options=SheetOptions(".pdf", A4, welds=welds)).data

@@ -1,7 +1,5 @@
 """`cad.show`: what it draws, and the message that reaches the viewer, without a screen."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Side and joint of a weld, station by station: turned parts, borders that touch, and frames with equal corners."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from typing import Any
@@ -39,7 +37,7 @@ def assert_fillet_round_a_post(seam: Seam, radius: float) -> None:
     np.testing.assert_allclose(seam.frames.R[:, :, 2], np.column_stack([OUT * out, np.full(len(out), OUT)]), atol=1e-6)
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 7.5, 30.0, 90.0, 133.0, 180.0, 270.0])
+@pytest.mark.parametrize("turn_deg", few([0.0, 133.0, 7.5, 30.0, 90.0, 180.0, 270.0], 2))
 def test_a_post_that_touches_the_border_of_its_plate_has_one_fillet_however_the_plate_is_turned(
     turn_deg: float,
 ) -> None:
@@ -47,7 +45,7 @@ def test_a_post_that_touches_the_border_of_its_plate_has_one_fillet_however_the_
     assert_fillet_round_a_post(seam, 30.0)
 
 
-@pytest.mark.parametrize("distance", [44.0, 44.4, 44.5, 44.8, 46.0])
+@pytest.mark.parametrize("distance", few([44.5, 46.0, 44.0, 44.4, 44.8], 2))
 def test_a_post_a_little_over_or_beside_the_border_has_one_fillet(distance: float) -> None:
     (seam,) = accepted(("plate", plate_beside(distance, 20.0)), ("post", cylinder(44.45, 150, (0, 0, 0), UP)))
     assert_fillet_round_a_post(seam, 44.45)
@@ -129,7 +127,7 @@ def classes(seams: list[Seam]) -> Counter[tuple[Any, ...]]:
     )
 
 
-@pytest.mark.parametrize(("is_reversed", "radius"), few([(True, 0.0), (False, 0.0), (False, 6.0), (True, 6.0)], 1))
+@pytest.mark.parametrize(("is_reversed", "radius"), few([(True, 0.0), (False, 0.0), (False, 6.0), (True, 6.0)], 0))
 def test_equal_corners_of_a_box_frame_have_equal_seams(radius: float, is_reversed: bool) -> None:
     """Each ring of rails has four equal corners: every class of seams comes eight times, or a multiple of that."""
     members = box_frame(radius, 400.0, 350.0, 350.0)

@@ -9,6 +9,7 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.fit_part import fit_part
 from cad.workpiece.fit_taught import CalibrateOptions, ScaleChoice, name_taught, prepare_fit
 from cad.workpiece.workpiece import Workpiece
+from tests.few import few
 from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.errors.prediction import TeachingError
@@ -43,6 +44,7 @@ def robot_off(*, wrong_mm=0.0, **asked):
     return found.result, float(np.linalg.norm(off, axis=1).max())
 
 
+@pytest.mark.deep
 def test_seams_follow_the_robot_where_the_touches_tell():
     (result, after), (pose, before) = robot_off(), robot_off(rigid=True)
     assert after < 0.6 * before
@@ -66,7 +68,7 @@ def fitted(**asked):
     return found.result, float(np.linalg.norm(off, axis=1).max())
 
 
-@pytest.mark.parametrize("asked", [WARM, FREE, {**WARM, **BODIES}, {**FREE, **BODIES}])
+@pytest.mark.parametrize("asked", few([WARM, FREE, {**WARM, **BODIES}, {**FREE, **BODIES}], 1))
 def test_seams_have_the_size_of_the_part(asked):
     (model, before), (found, after) = fitted(), fitted(**asked)
     assert (model.judgement.reason, found.verdict) == (VerdictReason.SCALE, "PASS")

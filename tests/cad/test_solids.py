@@ -1,7 +1,5 @@
 """Solids, names and features of files as the kernel reads them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 from typing import Any

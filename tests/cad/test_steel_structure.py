@@ -1,4 +1,7 @@
-"""The structure that speed is measured on: its seams are those of the closed form, and the torch gets along them."""
+"""The structure that speed is measured on: its seams are those of the closed form, and the torch gets along them.
+
+Deep: `test_samples_truth` has the closed form, `test_reach` the torch between rails, at each push.
+"""
 
 import numpy as np
 import pytest
@@ -16,6 +19,8 @@ from wpcal.seam.judge.reach import find_in_ways
 BAYS = 2
 FACES = 456  #: 3 frames of 2 plates of 10 faces, 4 tubes of 18 and a pipe of 4; 2 bays of 4 tubes and 2 gussets of 6.
 CUTS_MM = 2.0  #: Round the foot of a post the torch cannot pass under a rail: there a seam is cut, within this.
+
+pytestmark = pytest.mark.deep
 
 
 def test_every_seam_of_the_structure_is_found_and_the_torch_swings_through_no_rail() -> None:

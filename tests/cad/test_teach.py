@@ -1,7 +1,5 @@
 """`wpcal teach`: a key per row, what must not be a row, and when it is enough."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Reach with torches that have a neck, with a longer wire, and the torch that is advised where one does not reach."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 
@@ -10,6 +8,7 @@ import pytest
 
 from cad.kernel.primitives import box, prism
 from cad.kernel.to_brep import to_brep
+from tests.few import few
 from wpcal.core.arrays import FloatArray
 from wpcal.robot.torch.file import find_torch
 from wpcal.robot.torch.shape import TorchShape
@@ -69,6 +68,7 @@ def points_of(torch: TorchShape, seam: Seam, rng: np.random.Generator) -> FloatA
     return (mouth[:, None] + np.einsum("nij,kj->nki", frames, own)).reshape(-1, 3)
 
 
+@pytest.mark.deep
 def test_under_a_roof_a_bent_neck_gets_where_a_straight_torch_does_not() -> None:
     (middle,) = [seam for seam in in_corner(found("straight")) if not seam.accepted]
     assert middle.length_mm > 100.0
@@ -79,7 +79,7 @@ def test_under_a_roof_a_bent_neck_gets_where_a_straight_torch_does_not() -> None
     assert sum(seam.length_mm for seam in bent if seam.accepted) == pytest.approx(400.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["robot-22", "robot-45", "robot-45-slim"])
+@pytest.mark.parametrize("name", few(["robot-22", "robot-45", "robot-45-slim"], 1))
 def test_no_point_of_the_whole_torch_is_in_material_along_accepted_seams(name: str) -> None:
     rng = np.random.default_rng(7)
     accepted = [seam for seam in found(name) if seam.accepted]
@@ -114,7 +114,7 @@ def leaning_rib(angle_deg: float) -> tuple[Seam, ...]:
     return detect_seams(to_brep([("base", base), ("rib", rib)]))
 
 
-@pytest.mark.parametrize("acute_deg", [58.0, 52.0])
+@pytest.mark.parametrize("acute_deg", few([58.0, 52.0], 1))
 def test_the_acute_side_of_a_leaning_rib_is_welded_with_a_longer_wire(acute_deg: float) -> None:
     seams = leaning_rib(90.0 - acute_deg)
     acute = [s for s in seams if np.allclose(np.degrees(s.frames.angle_rad), 180.0 - acute_deg) and s.length_mm > 100]

@@ -116,6 +116,7 @@ def test_mixed_touches_without_noise_are_recovered(tee: Workpiece) -> None:
     assert apart(fit(touched(tee, MIXED), tee).T_base_part, R, T_MM) <= RECOVERED_MM
 
 
+@pytest.mark.deep
 def test_planes_named_as_features_place_the_fixture_as_model_points_do(tee: Workpiece) -> None:
     taught = read_taught(TEE / "touches_321.csv")
     named = tuple({"A": "P8", "B": "P3", "C": "P1"}[name[0]] for name in taught.names)
@@ -133,6 +134,7 @@ def test_a_free_motion_is_named(tee: Workpiece) -> None:
         fit(touched(tee, PLANES[:5]), tee)
 
 
+@pytest.mark.deep
 def test_a_moved_part_has_a_moved_answer_whatever_the_order(tee: Workpiece) -> None:
     touches = touched(tee, MIXED, noise(3))
     first = fit(touches, tee).T_base_part
@@ -144,6 +146,7 @@ def test_a_moved_part_has_a_moved_answer_whatever_the_order(tee: Workpiece) -> N
     assert apart(moved, Rb @ first.R, Rb @ first.t_mm + tb) <= RECOVERED_MM
 
 
+@pytest.mark.deep
 def test_mirrored_touches_do_not_fit(tee: Workpiece) -> None:
     touches = touched(tee, MIXED)
     mirrored = replace(touches, p_base=touches.p_base * [1, 1, -1])
@@ -152,14 +155,14 @@ def test_mirrored_touches_do_not_fit(tee: Workpiece) -> None:
     assert result.verdict == "FAIL"
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", few(range(3), 1))
 def test_the_polished_value_is_never_above_the_annealed_one(tee: Workpiece, seed: int) -> None:
     result = fit(touched(tee, MIXED, noise(seed)), tee)
     assert result.solver.annealed_objective_mm is not None
     assert result.objective_mm <= result.solver.annealed_objective_mm + ROUND_OFF
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few(range(10), 3))
 def test_the_fit_without_a_touch_does_not_remember_it(tee: Workpiece, seed: int) -> None:
     off = noise(seed)
     off[12] += R @ [0, 2.0, 0]
@@ -184,6 +187,7 @@ def test_a_mis_taught_touch_is_named_and_robust_leaves_it_out(tee: Workpiece) ->
     assert apart(result.T_base_part, by_hand.R, by_hand.t_mm) <= RECOVERED_MM
 
 
+@pytest.mark.deep
 def test_two_wrong_touches_are_named_as_a_pair_and_good_ones_are_left_in_peace(tee: Workpiece) -> None:
     pair, alarms = 0, 0
     for seed in range(12):
@@ -274,6 +278,7 @@ def test_the_predicted_covariance_is_that_of_simulated_fits(tee: Workpiece, weig
     assert (np.abs(ratios - 1.0) < 2.7 * np.sqrt(6 / count)).all()  # the extreme eigenvalues scatter by ± 2 √(6 / n)
 
 
+@pytest.mark.deep
 def test_touches_on_a_free_form_face_place_the_part() -> None:
     from build123d import Edge, Face, Vector, Wire, extrude
 

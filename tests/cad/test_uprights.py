@@ -1,6 +1,7 @@
-"""The sample weldment whose plates moved, against the truth that was calculated without wpcal's seams."""
+"""The sample weldment whose plates moved, against the truth that was calculated without wpcal's seams.
 
-from __future__ import annotations
+Deep: `laws/test_moved_bodies` recovers moved bodies at each push.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from wpcal.core.transform import RigidTransform
 FOLDER = Path(__file__).parents[2] / "fixtures" / "uprights"
 EXACT_MM = 1e-6  #: Asked of touches without errors; they are written with 1e-9 mm.
 SURE_SIGMA_MM = 1e-4  #: With so small an error the tack tolerances pull the plates back by 1e-8 of their motion.
+
+pytestmark = pytest.mark.deep
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """`wpcal verify`: any changed number in any file of a result folder is found, and named."""
 
-from __future__ import annotations
-
 import json
 import math
 import random
@@ -79,7 +77,9 @@ def test_the_request_is_in_the_folder_and_gives_the_same_bytes(folder: Path) -> 
 
 @pytest.mark.parametrize(
     "name",
-    ["calibration.json", "seams.json", "seams.csv", "tee.calibrated.step", "part.glb", "report.html", "job.json"],
+    few(
+        ["calibration.json", "seams.csv", "part.glb", "seams.json", "tee.calibrated.step", "report.html", "job.json"], 3
+    ),
 )
 def test_any_changed_number_is_found(folder: Path, changed: Path, name: str) -> None:
     """Numbers as they are in the file, of part.glb bytes; also when job.json has the new hash."""
@@ -152,6 +152,7 @@ def test_another_request_is_not_what_gave_the_results(changed: Path) -> None:
     assert run_here("verify", "changed").returncode == 1
 
 
+@pytest.mark.deep
 def test_a_damaged_or_missing_request(changed: Path) -> None:
     (changed / "job.json").write_text('{"schema": "wpcal/job/1"}')
     assert run_here("verify", "changed").returncode == 1
@@ -194,6 +195,7 @@ def test_inputs_that_moved_or_changed(folder: Path, changed: Path) -> None:
         (folder / "taught.csv").write_text(text)
 
 
+@pytest.mark.deep
 def test_results_of_another_version_are_compared_by_numbers(folder: Path, changed: Path) -> None:
     edit(changed / "job.json", lambda record: record.update(wpcal="0.0.1"))
     done = run_here("verify", "changed")
@@ -223,7 +225,7 @@ def nudge(value: Any) -> Any:
     return value + 1e-12 if isinstance(value, float) and 0.0 < abs(value) < 10.0 else value
 
 
-@pytest.mark.parametrize("library", few(["numpy", "scipy"], 1))
+@pytest.mark.parametrize("library", few(["numpy", "scipy"], 0))
 def test_other_versions_of_libraries_may_change_last_digits(folder: Path, changed: Path, library: str) -> None:
     """Within one set of versions a last digit is a difference; across, a difference is what a person could see."""
 

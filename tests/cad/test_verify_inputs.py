@@ -3,8 +3,6 @@
 The files are written here; which of them count is known before wpcal reads them.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterator
@@ -85,6 +83,7 @@ def test_a_file_that_a_file_of_an_option_names_counts(folder: Path) -> None:
     assert verified(out)[0] != 0
 
 
+@pytest.mark.deep
 @pytest.mark.usefixtures("folder")
 def test_both_files_of_a_run_of_touches_and_its_plan_in_a_folder_count() -> None:
     done = run_here("calibrate", "tee.step", "posreg.va", "--touches", "plan", "-o", "touched")
@@ -98,6 +97,7 @@ def test_both_files_of_a_run_of_touches_and_its_plan_in_a_folder_count() -> None
     assert (code, "numreg.va: is not the file" in text) == (2, True)
 
 
+@pytest.mark.deep
 def test_a_demo_is_checked_in_any_place_and_a_script_leaves_no_request_of_another(folder: Path) -> None:
     assert run_here("demo", "-o", "demo").returncode == 0
     shutil.move("demo", folder / "kept")
@@ -119,6 +119,7 @@ def test_a_demo_is_checked_in_any_place_and_a_script_leaves_no_request_of_anothe
         assert (code, "seams.csv line" in text) == (1, True)
 
 
+@pytest.mark.deep
 @pytest.mark.usefixtures("folder")
 def test_files_of_others_in_the_folder_are_named_as_not_checked() -> None:
     assert run_here("calibrate", "tee.step", "taught.csv", "-o", "mixed").returncode == 0

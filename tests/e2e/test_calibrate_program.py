@@ -1,7 +1,5 @@
 """The controller's own program as the file of taught points: the same numbers as from the table."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

@@ -12,8 +12,6 @@ line of wpcal in this process, which loads the kernel once. Three things are not
 poses.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shlex
@@ -26,12 +24,13 @@ from pathlib import Path
 import pytest
 
 from tests.e2e.every_command import pose_rows
+from tests.few import few
 from tests.running import FINISHED, TIMEOUT_S, run_here
 from wpcal.cli.main import EXIT_INTERRUPTED
 
 ROOT = Path(__file__).parents[2]
 MOVED = "docs/how-to/parts-that-moved.md"
-PAGES = ("README.md", "docs/tour.md", "docs/how-to/first-part.md", MOVED)
+PAGES = ("docs/how-to/first-part.md", "README.md", "docs/tour.md", MOVED)
 BLOCK = re.compile(
     r"(?:<!-- (?P<mark>[^\n]*) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
 )
@@ -92,7 +91,7 @@ def needs_a_shell(line: str) -> bool:
 
 
 @pytest.mark.usefixtures("kernel_here")
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("page", few(PAGES, 1))
 def test_every_command_works_in_a_new_folder(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     brought_to(page, tmp_path)

@@ -70,6 +70,7 @@ def test_plates_that_moved_are_found_from_arrays(run_example: Run) -> None:
     assert along_y["web"] - along_y["plate"] == pytest.approx(-1.5, abs=0.1)
 
 
+@pytest.mark.deep
 def test_the_weldment_goes_from_the_model_to_the_program(
     run_example: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

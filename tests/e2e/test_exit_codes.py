@@ -1,7 +1,5 @@
 """The exit code is the result's, whatever becomes of the streams on which it is printed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -70,6 +68,7 @@ def test_lost_output_is_said() -> None:
     assert errors == "wpcal: standard output was not written: no space left on device; exit code 0 is the result's\n"
 
 
+@pytest.mark.deep
 def test_a_calibration_that_nobody_reads_keeps_its_verdict(
     tmp_path: Path, answers: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,7 +1,5 @@
 """`wpcal calibrate --cell --holder-joints`: robot 1 touches the part that robot 2 holds; the cell learns the grasp."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

@@ -5,8 +5,6 @@ what any of them imports is looked for there. The picker, and one command with a
 them, with the kernel in a process of its own.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -19,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from tests.e2e.every_command import COMMANDS, NEEDS_ROBOT, write_inputs
+from tests.few import few
 from tests.running import FINISHED, TIMEOUT_S
 from wpcal.cli.main import EXIT_INTERRUPTED
 
@@ -28,6 +27,8 @@ TRAP = f"open({MARK!r}, 'a').write(__name__ + ' ' + __file__ + chr(10))\nraise S
 ALSO = ("sitecustomize", "usercustomize", "conftest", "setup", "resource", "_wpcal")
 PACKAGES = ("wpcal", "cad")
 SERVES = "pick"
+QUICK = ("calibrate", "audit", "diff", "export", "features", "fit", "match", "report", "seams", "welds")
+"""They read the part, tables, records and programs, and draw with matplotlib; all other commands are deep tests."""
 
 DRIVER = """
 import json, os, sys
@@ -64,8 +65,13 @@ def set_traps(folder: Path) -> None:
         (folder / name / "__init__.py").write_text(TRAP)
 
 
+@pytest.fixture(scope="module", params=few([(QUICK,), (tuple(COMMANDS),)], 1), ids=["quick", "all"])
+def commands(request: pytest.FixtureRequest) -> tuple[str, ...]:
+    return tuple(name for name in request.param if name != SERVES)
+
+
 @pytest.fixture(scope="module")
-def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def hostile(commands: tuple[str, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with inputs for every command and traps beside them."""
     folder = tmp_path_factory.mktemp("hostile")
     write_inputs(folder)
@@ -76,11 +82,13 @@ def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def ended(hostile: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[object]]:
+def ended(
+    commands: tuple[str, ...], hostile: Path, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, list[object]]:
     """For each command: its exit code, what was run, and whether modules are still looked for in the same places."""
     driver = tmp_path_factory.mktemp("bin") / "wpcal"
     driver.write_text(DRIVER)
-    lines = {name: line.replace("-o new", f"-o new-{name}") for name, line in COMMANDS.items() if name != SERVES}
+    lines = {name: COMMANDS[name].replace("-o new", f"-o new-{name}") for name in commands}
     command = [sys.executable, driver, json.dumps(lines)]
     done = subprocess.run(command, cwd=hostile, capture_output=True, text=True, check=False, timeout=TIMEOUT_S)
     assert done.returncode == 0, done.stderr
@@ -92,11 +100,11 @@ def test_every_command_is_tried() -> None:
     assert set(COMMANDS) | NEEDS_ROBOT == {entry.name for entry in entry_points(group="wpcal.commands")}
 
 
-@pytest.mark.parametrize("command", [name for name in COMMANDS if name != SERVES])
-def test_no_module_beside_the_files_is_run(ended: dict[str, list[object]], command: str) -> None:
-    code, run, same_places = ended[command]
-    assert (run, same_places) == ("", True)
-    assert code in FINISHED
+def test_no_module_beside_the_files_is_run(ended: dict[str, list[object]], commands: tuple[str, ...]) -> None:
+    assert tuple(ended) == commands
+    for command, (code, run, same_places) in ended.items():
+        assert (run, same_places) == ("", True), command
+        assert code in FINISHED, command
 
 
 def test_the_picker_and_the_kernels_process_run_no_module_beside_the_files(hostile: Path) -> None:

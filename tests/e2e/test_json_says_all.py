@@ -4,8 +4,6 @@ Every number of the console is in the printed record, or in a JSON file of the f
 digits shown. Every note, warning, advice and verdict is there word for word.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -28,6 +26,8 @@ LARGEST_RESIDUAL = re.compile(r"; the largest residual is .*$")
 """The console adds it to the sentence of the verdict; its number and point are looked for like all others."""
 AGAIN = {"batch": "--resume"}
 """What lets a command write into its folder a second time, where that is not ``--force``."""
+SLOW, SLOW_ODD = {"advise", "batch", "demo", "plan", "touches"}, {"advise", "plan"}
+"""Commands that are deep tests: the law is the same for all of them, and tests of each of them read its record."""
 NO_RECORD = {"pick": "it serves a page until Ctrl-C; the page has the records", "rpc": "every answer is a record"}
 
 ODD = {
@@ -112,6 +112,10 @@ def _missing(shown: str, record: Any) -> list[str]:
     return missing
 
 
+def _case(name: str, line: str, slow: set[str]) -> Any:
+    return pytest.param(name, line, marks=[pytest.mark.deep] if name in slow else [])
+
+
 def test_every_command_has_json() -> None:
     assert set(COMMANDS) | NEEDS_ROBOT == {entry.name for entry in entry_points(group="wpcal.commands")}
 
@@ -120,8 +124,8 @@ def test_every_command_has_json() -> None:
 @pytest.mark.parametrize(
     ("command", "line"),
     [
-        *((name, line) for name, line in COMMANDS.items() if name not in NO_RECORD),
-        *(pytest.param(*each, marks=[pytest.mark.deep] if each[0] == "plan" else []) for each in ODD.items()),
+        *(_case(name, line, SLOW) for name, line in COMMANDS.items() if name not in NO_RECORD),
+        *(_case(name, line, SLOW_ODD) for name, line in ODD.items()),
     ],
     ids=[*(name for name in COMMANDS if name not in NO_RECORD), *(f"{name}, odd" for name in ODD)],
 )

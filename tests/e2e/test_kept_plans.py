@@ -1,7 +1,5 @@
 """A plan is kept: programs are written again from its folder alone, and from nothing that was changed."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -58,6 +56,7 @@ def cornered(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "plan"
 
 
+@pytest.mark.deep
 def test_a_ring_is_planned_on_over_its_start_and_written_again(tmp_path: Path) -> None:
     cell, out = write_cell(tmp_path, one_robot_record()), tmp_path / "plan"
     words = ("-f", "krl", "--every-point")
@@ -126,6 +125,7 @@ def sweep_of(folder: Path) -> CellSweep:
     return CellSweep.of(plan.cell, kept.given.part, plan.air, [piece.q for piece in plan.pieces])
 
 
+@pytest.mark.deep
 def test_corners_in_the_air_are_rounded_alike_in_every_language(cornered: Path, tmp_path: Path) -> None:
     """All texts keep within the swept corner, those without bounded zones stop, and a zone that is not free is cut."""
     formats = ("rapid", "krl", "urscript", "val3", "as", "inform")
@@ -256,6 +256,7 @@ def test_the_audit_sweeps_the_text_of_a_plan_in_its_cell(kept: Path) -> None:
     assert done.stdout.count("  line ") == 2  # after the weld in the program, and in the routine of the seam
 
 
+@pytest.mark.deep
 def test_the_audit_sweeps_a_plan_whose_positioner_moves(tmp_path: Path) -> None:
     """The last joint move to the seam tilts the part into the torch: one number of the text."""
     record = with_positioner(TEE_ON_TABLE)

@@ -1,17 +1,15 @@
 """`wpcal plan` from files to files: the plan, its page and the programs of both robots say the same."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
 import shutil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.running import run_here
 from tests.saddle import THINNED
 from wpcal.brep.mesh import PartMesh, SolidMesh
@@ -25,18 +23,14 @@ CLOSED_CHAIN_MM = 1e-6  #: Asked of every point of every plan.
 PROGRAM_MM = 0.02  #: Five decimals of a degree in twelve joints at two metres.
 
 
-def thinned_seams() -> dict[str, Any]:
-    record: dict[str, Any] = json.loads((CELLS / "saddle-seams.json").read_text())
-    for seam in record["seams"]:
-        seam["frames"] = seam["frames"][::THINNED]
-    return record
-
-
-@pytest.fixture(scope="module")
-def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture(scope="module", params=few([6, None], 1), ids=["a piece", "whole"])
+def planned(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plan of every fourth point of the saddle; a triangle replaces the mesh of the part beside the seams."""
     folder = tmp_path_factory.mktemp("plan")
-    (folder / "seams.json").write_text(json.dumps(thinned_seams()))
+    record = json.loads((CELLS / "saddle-seams.json").read_text())
+    for seam in record["seams"]:
+        seam["frames"] = seam["frames"][::THINNED][: request.param]
+    (folder / "seams.json").write_text(json.dumps(record))
     corners = np.array([[0.0, 0, 0], [50, 0, 0], [0, 50, 0]])
     solid = SolidMesh("pipe", corners, np.array([[0, 1, 2]]), np.array([[0, 1], [1, 2], [2, 0]]))
     (folder / "part.glb").write_bytes(write_part_glb(PartMesh((solid,), 0.1, 0.3)))
@@ -55,7 +49,7 @@ def test_every_file_is_there(planned: Path) -> None:
 
 def test_the_wire_is_on_the_seam_in_every_file(planned: Path) -> None:
     cell = read_cell(CELLS / "two-mh6.json")
-    seam = thinned_seams()["seams"][0]["frames"]
+    seam = json.loads((planned.parent / "seams.json").read_text())["seams"][0]["frames"]
     expected = np.array([frame["p_mm"] for frame in seam])
 
     def tip(joints: list[list[list[float]]]) -> np.ndarray:

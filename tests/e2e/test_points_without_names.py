@@ -1,7 +1,5 @@
 """Points without names, and one that was mis-taught."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

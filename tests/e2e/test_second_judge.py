@@ -1,7 +1,5 @@
 """The text of plans judged a second time, by readers, kinematics and a test of contact that are not wpcal's."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """One command lets a shell complete wpcal, and twice is the same as once."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -79,7 +79,7 @@ def error_of_part(planned, part, out, moved):
     return np.linalg.norm(points @ (T - true)[:3, :3].T + (T - true)[:3, 3], axis=1).max()
 
 
-IN_CI = [("tee", "rapid"), ("saddle", "krl")]
+IN_CI = [("tee", "rapid")]
 """All languages run on the tee in `test_touch_programs`, without the calibration."""
 ALL = [(part, brand) for part in FOUND_MM for brand in BRANDS]
 
@@ -145,7 +145,7 @@ WRONG = {
 }
 
 
-WRONG_IN_CI = {("frame", "20 mm along y"), ("frame", "mirrored"), ("saddle", "mirrored")}
+WRONG_IN_CI = {("frame", "20 mm along y"), ("frame", "mirrored")}
 
 
 @pytest.mark.parametrize(

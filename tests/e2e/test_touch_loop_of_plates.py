@@ -1,7 +1,5 @@
 """Plan, program, run, read, fit with plates that moved: every search finds its plate, and the band holds."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from pathlib import Path

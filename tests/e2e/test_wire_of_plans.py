@@ -1,7 +1,5 @@
 """The wire on the joint moves of a plan: judged by the URDF file and the part's triangles, not by the planner."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

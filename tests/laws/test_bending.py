@@ -1,7 +1,5 @@
 """Laws of plates that bend: modes of a free beam, derivatives, and bands that cover a beam solved by differences."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Laws of kept contacts: touches that contradict them name the pair, and are not called wrong."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

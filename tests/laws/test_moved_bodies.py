@@ -1,7 +1,5 @@
 """Laws of weldments whose bodies moved: limits of the tolerance, exactness without noise, false alarms, coverage."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Simulated weldments of real parts, on the full model: whether the band covers, and what a fit of bodies gains."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

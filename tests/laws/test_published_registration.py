@@ -1,7 +1,5 @@
 """Point pairs that others published or measured: the figures printed for them, and those any right fit must give."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

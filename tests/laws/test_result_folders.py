@@ -1,7 +1,5 @@
 """A result folder is one thing: every command that reads a file of it names the one that was changed, and the value."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Iterator

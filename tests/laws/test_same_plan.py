@@ -1,7 +1,5 @@
 """The same cell and seams give the same plan on every processor: round-off does not choose between equal ways."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

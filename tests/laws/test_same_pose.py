@@ -1,7 +1,5 @@
 """The same points give the same pose: for every seed, processor, place of the origin and order of the points."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Laws of seams: moved with the part, steps within their bounds, frames and directions as the conventions say."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Errors that all touches share are no motions of bodies: the fit keeps them apart, and its band holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

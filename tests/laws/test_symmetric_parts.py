@@ -1,7 +1,5 @@
 """Symmetric parts with exchanged names: of several equally good fits the same one is taken, and the result says so."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Laws of touches on curved faces of bodies that moved: what their tangents leave out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -59,7 +59,7 @@ def textbook(pairs, sigma):
 
 
 @SIGMAS
-@pytest.mark.parametrize(("n", "size"), few([(4, 10.0), (5, 10.0), (6, 10.0), (10, 10.0), (6, 5.0), (10, 5.0)], 4))
+@pytest.mark.parametrize(("n", "size"), few([(4, 10.0), (6, 10.0), (5, 10.0), (10, 10.0), (6, 5.0), (10, 5.0)], 2))
 def test_a_wrong_point_is_named_as_often_as_by_a_textbook_test(n, size, sigma):
     rng = np.random.default_rng(n)
     mine = book = 0

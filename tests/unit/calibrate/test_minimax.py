@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from tests.few import few
 from wpcal.calibrate import fit_least_squares, solve_minimax
 from wpcal.calibrate.solve.branch_and_bound import bound_cells
 from wpcal.core import PointPairs
@@ -60,7 +61,7 @@ def test_a_mirrored_body_keeps_a_gap_and_says_so():
     assert found.starts > 1
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few([1, 0, 2, 3], 2))
 @pytest.mark.many
 def test_branch_and_bound_closes_the_gap_of_mirrored_bodies(seed):
     rng = np.random.default_rng(seed)

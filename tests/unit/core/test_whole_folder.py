@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.few import few
 from wpcal.core import whole_folder
 from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.records import new_directory, write_file
@@ -73,7 +74,7 @@ def fill_and_be_killed(out: Path, moment: int) -> bool:
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-@pytest.mark.parametrize("exchanges", [True, False])
+@pytest.mark.parametrize("exchanges", few([True, False], 1))
 def test_killed_at_every_system_call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, exchanges: bool) -> None:
     if not exchanges:
         monkeypatch.setattr(whole_folder, "_exchange", lambda *_: False)

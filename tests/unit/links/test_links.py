@@ -279,7 +279,7 @@ def test_a_frame_that_changes_within_a_reading_is_refused() -> None:
         read_once(opened("kuka", port))
 
 
-@pytest.mark.parametrize("count", few([400, CASES], 1))
+@pytest.mark.parametrize("count", few([200, CASES], 1))
 def test_no_fault_of_network_person_or_controller_makes_a_wrong_row(
     count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
