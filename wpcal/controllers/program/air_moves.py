@@ -47,6 +47,7 @@ MOST_OUT = 12  #: So many directions are tried from each place, of those that se
 LOOK_MM = (10.0, 20.0, 40.0, 80.0, 160.0, 320.0)  #: Where it is felt first whether a direction is free.
 LARGEST_TURN_RAD = math.radians(90.0)
 """A linear move with a larger turn gets poses in between: near 180 degrees controllers turn one way or the other."""
+SAFE_POINT = "the safe point"  #: Where a program starts and ends, in messages.
 NO_LENGTH_MM = 1e-6  #: Shorter moves are left out: they are round-off.
 
 
@@ -99,6 +100,13 @@ class AirWay:
 
     def __len__(self) -> int:
         return len(self.p)
+
+    def __getitem__(self, rows: slice) -> AirWay:
+        return AirWay(self.p[rows], self.R[rows], self.near_mm)
+
+    def then(self, way: AirWay) -> AirWay:
+        """Return the poses of both ways."""
+        return AirWay(np.concatenate([self.p, way.p]), np.concatenate([self.R, way.R]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,31 +189,17 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     top = float((part.corners @ up).max())
     height = max(top, *(float((end.p @ up).max()) for end in ends)) + clearance
     search = _Search(part, torch, up, height)
-    found = [[search.rise(end, which) for which in (0, 1)] for end in ends]
-    held = {
-        end.name: way for end, ways in zip(ends, found, strict=True) for way in reversed(ways) if isinstance(way, str)
-    }
-    if held:
-        raise NoWayError(held)
-    rises = [[way for way in ways if isinstance(way, AirWay)] for ways in found]
-    near = {end.name: max(way.near_mm for way in ways) for end, ways in zip(ends, rises, strict=True)}
-    moved = tuple(np.stack([way.p[0] for way in ways]) for ways in rises)
-    rises = [[AirWay(way.p[1:], way.R[1:]) for way in ways] for ways in rises]
+    rises = search.rises(ends)
     middle, _ = search.ball
     home = middle + (height - float(middle @ up)) * up
-    at, to_seam, from_seam = home, [], []
-    for number, (end, (down, away)) in enumerate(zip(ends, rises, strict=True)):
-        first = down.p[-1] if len(down) else moved[number][0]
-        names = f"{ends[number - 1].name} to {end.name}" if number else f"the safe point to {end.name}"
-        across = search.across(at, first, turns[number], names)
-        to_seam.append(
-            AirWay(np.concatenate([across.p, down.p[::-1][1:]]), np.concatenate([across.R, down.R[::-1][1:]]))
-        )
-        from_seam.append(away)
-        at = away.p[-1] if len(away) else moved[number][1]
-    back = search.across(at, home, turns[-1], f"{ends[-1].name} to the safe point")
-    tail = from_seam[-1]
-    from_seam[-1] = AirWay(np.concatenate([tail.p, back.p[:-1]]), np.concatenate([tail.R, back.R[:-1]]))
+    starts, goals = [home, *(away.p[-1] for _, away in rises)], [*(down.p[-1] for down, _ in rises), home]
+    names = map(" to ".join, pairwise([SAFE_POINT, *(end.name for end in ends), SAFE_POINT]))
+    *across, back = [search.across(*each) for each in zip(starts, goals, turns, names, strict=True)]
+    to_seam = [way.then(down[-2:0:-1]) for way, (down, _) in zip(across, rises, strict=True)]
+    from_seam = [away[1:] for _, away in rises]
+    from_seam[-1] = from_seam[-1].then(back[:-1])
+    moved = tuple(np.stack([down.p[0], away.p[0]]) for down, away in rises)
+    near = {end.name: max(way.near_mm for way in ways) for end, ways in zip(ends, rises, strict=True)}
     return AirPlan(AirWay(home[None], home_R[None]), moved, tuple(to_seam), tuple(from_seam), clearance, near)
 
 
@@ -250,6 +244,14 @@ class _Search:
     torch: TorchAtTool
     up: FloatArray
     height: float
+
+    def rises(self, ends: Sequence[Ends]) -> list[tuple[AirWay, AirWay]]:
+        """Return the ways from the approach and the retract of every seam. Raises `NoWayError` for all without one."""
+        found = [(end.name, (self.rise(end, 0), self.rise(end, 1))) for end in ends]
+        held = {name: way for name, ways in found for way in reversed(ways) if isinstance(way, str)}
+        if held:
+            raise NoWayError(held)
+        return [(down, away) for _, (down, away) in found if isinstance(down, AirWay) and isinstance(away, AirWay)]
 
     def rise(self, end: Ends, which: int) -> AirWay | str:
         """Return the shortest free way from an end of a seam up to the plane; or why there is none.
