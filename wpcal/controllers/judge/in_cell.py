@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import accumulate, groupby
+from itertools import accumulate, groupby, pairwise
 
 import numpy as np
 
@@ -116,7 +116,8 @@ class CellSweep:
                 yield Meeting(motion, "the arm does not get there in the branch in which it is")
             else:
                 legs.append((motion, states))
-        yield from self._begin(legs[:1])
+        if legs and self.cell.goes_from_home and (what := self._way_from_home(legs[0][1][-1])):
+            yield Meeting(legs[0][0], f"on the way there from home {what}")
         air = self._through_air([motion for motion, _ in legs])
         yield from self._corners(legs, air)
         groups = [
@@ -127,12 +128,6 @@ class CellSweep:
         for is_air, group in groups:
             if not free[is_air]:
                 yield from self._row(group, self._air if is_air else self._near)
-
-    def _begin(self, legs: Sequence[Leg]) -> Iterator[Meeting]:
-        """Yield what the first move meets on the way to it from home, where the cell states one."""
-        for motion, states in legs:
-            if self.cell.goes_from_home and (what := self._way_from_home(states[-1])):
-                yield Meeting(motion, f"on the way there from home {what}")
 
     def _corners(self, legs: Sequence[Leg], air: Sequence[bool]) -> Iterator[Meeting]:
         """Yield moves by the joints whose zones, in which the next one begins, are not free."""
@@ -151,10 +146,7 @@ class CellSweep:
         `T`, `axes`: shapes (m, 4, 4) and (m, k). Where they begin and end, as `PlannedMoves.is_carried` positions are.
         `vias`: shape (m - 1, 3). Points on arcs; NaN for lines.
         """
-        outer = axes[:, JOINTS:]
-        least = np.array([self._steps(moved) for moved in np.diff(outer, axis=0)])
-        along = poses_along(T[:-1], T[1:], vias, STEP_MM, STEP_RAD, least)
-        ways = {row: (each, self._outer(outer[row], outer[row + 1], len(each))) for row, each in enumerate(along)}
+        ways = dict(enumerate(self._lines(T[:-1], T[1:], vias, [*pairwise(axes[:, JOINTS:])])))
         rows = [np.column_stack([_nearest(q, axes[row, :JOINTS]), at]) for row, (at, q) in self._followed(ways).items()]
         states = np.concatenate(rows)
         is_there = np.isfinite(states).all() and not self._beyond(states).any()
@@ -222,12 +214,18 @@ class CellSweep:
         is_near = np.linalg.norm(goals[:, :3, 3] - starts[:, :3, 3], axis=1) <= LARGEST_MOVE_MM
         is_line = np.array([motion.kind != "J" for motion in motions], dtype=bool)
         lines = np.flatnonzero(is_near & is_line).tolist()
-        least = np.array([self._steps(outer[row + 1] - outer[row]) for row in lines])
-        along = poses_along(starts[lines], goals[lines], vias[lines, :3, 3], STEP_MM, STEP_RAD, least)
+        axes = [(outer[row], outer[row + 1]) for row in lines]
+        along = self._lines(starts[lines], goals[lines], vias[lines, :3, 3], axes)
         ways = {row: (goals[row][None], outer[row + 1][None]) for row in np.flatnonzero(is_near & ~is_line).tolist()}
-        for row, T in zip(lines, along, strict=True):
-            ways[row] = T[1:], self._outer(outer[row], outer[row + 1], len(T))[1:]
-        return ways
+        return ways | {row: (T[1:], external[1:]) for row, (T, external) in zip(lines, along, strict=True)}
+
+    def _lines(
+        self, starts: FloatArray, goals: FloatArray, vias: FloatArray, axes: Sequence[tuple[FloatArray, FloatArray]]
+    ) -> list[Way]:
+        """Return lines and arcs step by step; `axes`: the external axes at both ends of each."""
+        least = np.array([self._steps(after - before) for before, after in axes])
+        along = poses_along(starts, goals, vias, STEP_MM, STEP_RAD, least)
+        return [(T, self._outer(*ends, len(T))) for T, ends in zip(along, axes, strict=True)]
 
     def _places(self, written: Sequence[tuple[FloatArray | None, FloatArray | None]], external: Rows) -> FloatArray:
         """Return places in what leads the tool, shape (n, 4, 4), of poses or of joints, deg, in a text; else NaN."""
