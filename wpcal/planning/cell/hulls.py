@@ -120,13 +120,9 @@ class HullMeasure:
     def _placed(self, body: int, places: list[tuple[FloatArray, FloatArray]]) -> list[Any]:
         Transform = import_fcl().Transform
         R, p = places[self.pairs.bodies[body].carrier]
-        objects = self.objects[body]
-        if self.pairs.bodies[body].shape.hull.size:  # given in the frame of the body
-            objects[0][0].setTransform(Transform(R, p))
-            return [objects[0][0]]
-        for shape, R_local, p_local in objects:
+        for shape, R_local, p_local in self.objects[body]:
             shape.setTransform(Transform(product(R, R_local), product(R, p_local) + p))
-        return [shape for shape, _, _ in objects]
+        return [shape for shape, _, _ in self.objects[body]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

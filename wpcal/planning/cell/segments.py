@@ -102,12 +102,11 @@ def segment_triangle_distances(starts: FloatArray, ends: FloatArray, corners: Fl
     a = np.ascontiguousarray(corners.transpose(2, 1, 0))  # (coordinate, corner, k): long rows
     edges = a[:, [1, 2, 0]] - a
     best = segment_distances(Segments(p[:, None], (q - p)[:, None]), Segments(a, edges)).min(axis=0)
-    normal = _cross(edges[:, 0], -edges[:, 2])
+    normal = cross(edges[:, 0], -edges[:, 2])
     length = np.sqrt(dot(normal, normal))
     real = length > FLAT * (dot(edges[:, 0], edges[:, 0]) + dot(edges[:, 2], edges[:, 2]))
     normal = np.where(real, normal, 0.0) / np.where(real, length, 1.0)
-    inward = np.empty_like(edges)
-    cross(normal[:, None], edges, out=inward)
+    inward = cross(normal[:, None], edges)
 
     def is_over(point: FloatArray) -> BoolArray:
         """Tell whether the projections of points on the planes of triangles are inside the triangles."""
@@ -120,9 +119,3 @@ def segment_triangle_distances(starts: FloatArray, ends: FloatArray, corners: Fl
     crosses = (heights[0] * heights[1] <= 0.0) & (span != 0.0)
     share = heights[0] / np.where(span != 0.0, span, 1.0)
     return np.where(crosses & is_over(p + share * (q - p)), 0.0, best)
-
-
-def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
-    out = np.empty_like(u)
-    cross(u, v, out=out)
-    return out

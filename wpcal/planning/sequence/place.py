@@ -189,9 +189,8 @@ class _Grid:
         `joints`: shape (p, c, m, K, 8, 6). rad.
         `outer`: shape (c, m, K, e). External axes, rad and mm.
         """
-        counts = (
-            usable.sum(axis=3).min(axis=2).reshape(len(moves), usable.shape[1] * usable.shape[4])
-        )  # poses at the point that has the fewest
+        fewest = usable.sum(axis=3).min(axis=2)  # poses at the point that has the fewest
+        counts = fewest.reshape(len(moves), usable.shape[1] * usable.shape[4])
         ways = np.argsort(-counts, axis=1, kind="stable")[:, :MOST_WAYS]
         found = np.zeros(len(moves), dtype=np.bool_)
         frames = slice(CARRIER, None) if self.moved is Moved.PART else slice(TOOL + 1)

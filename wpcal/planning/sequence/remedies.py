@@ -148,13 +148,14 @@ def changed_cell(cell: Cell, help_: Help, centre: FloatArray) -> Cell:
     if help_.turn_deg:
         cell = _turned(cell, help_.turn_deg, centre)
     if any(help_.move_mm):
-        place = cell.T_world_base
-        cell = replace(cell, T_world_base=replace(place, t_mm=place.t_mm + np.array([*help_.move_mm, 0.0])))
-    if help_.raise_mm:
-        cell = _raised(cell, help_.raise_mm)
+        cell = replace(cell, T_world_base=_shifted(cell.T_world_base, *help_.move_mm))
+    if help_.raise_mm and cell.carrier is not None:
+        place = _shifted(cell.carrier.T_world_base, z_mm=help_.raise_mm)
+        cell = replace(cell, carrier=replace(cell.carrier, T_world_base=place))
+    elif help_.raise_mm:
+        cell = replace(cell, T_carrier_part=_shifted(cell.T_part, z_mm=help_.raise_mm))
     if help_.from_table_mm:
-        part = cell.T_part
-        cell = replace(cell, T_carrier_part=replace(part, t_mm=part.t_mm + np.array([0.0, 0.0, help_.from_table_mm])))
+        cell = replace(cell, T_carrier_part=_shifted(cell.T_part, z_mm=help_.from_table_mm))
     if help_.torch_scale is not None:
         scale = help_.torch_scale
         slim = tuple(replace(shape, radius_mm=scale * shape.radius_mm, hull=np.zeros((0, 3))) for shape in cell.torch)
@@ -162,13 +163,8 @@ def changed_cell(cell: Cell, help_: Help, centre: FloatArray) -> Cell:
     return cell
 
 
-def _raised(cell: Cell, up_mm: float) -> Cell:
-    up = np.array([0.0, 0.0, up_mm])
-    if cell.carrier is not None:
-        place = cell.carrier.T_world_base
-        return replace(cell, carrier=replace(cell.carrier, T_world_base=replace(place, t_mm=place.t_mm + up)))
-    part = cell.T_part
-    return replace(cell, T_carrier_part=replace(part, t_mm=part.t_mm + up))
+def _shifted(T: RigidTransform, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> RigidTransform:
+    return replace(T, t_mm=T.t_mm + np.array([x_mm, y_mm, z_mm]))
 
 
 def _turned(cell: Cell, turn_deg: float, centre: FloatArray) -> Cell:

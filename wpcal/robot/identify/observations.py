@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,10 +40,6 @@ class PoseObservations:
             raise InputError(f"expected orientations of shape ({len(joints)}, 3, 3)")
         if self.R_base_flange is not None and len(self.reflectors) > 1:
             raise InputError("orientations belong to the tool; with several reflectors give positions only")
-        object.__setattr__(self, "joints", joints)
-        object.__setattr__(self, "p_base", p_base)
-        if self.R_base_flange is not None:
-            object.__setattr__(self, "R_base_flange", frozen(self.R_base_flange))
         index = np.zeros(len(joints), np.int64) if np.size(self.reflector) == 0 else np.array(self.reflector, np.int64)
         if index.shape != (len(joints),) or not np.isin(index, range(len(self.reflectors))).all():
             raise InputError(f"expected {len(joints)} reflector numbers below {len(self.reflectors)}")
@@ -51,9 +47,10 @@ class PoseObservations:
         weights = np.ones(len(joints)) if np.size(self.weights) == 0 else np.array(self.weights, np.float64)
         if weights.shape != (len(joints),) or not ((weights >= 0) & (weights <= 1)).all():
             raise InputError(f"expected {len(joints)} weights between 0 and 1")
-        object.__setattr__(self, "weights", frozen(weights))
-        object.__setattr__(self, "reflector", index)
-        object.__setattr__(self, "rows", tuple(self.rows) or tuple(range(1, len(joints) + 1)))
+        R, rows = self.R_base_flange, tuple(self.rows) or tuple(range(1, len(joints) + 1))
+        ours = (joints, p_base, R if R is None else frozen(R), self.reflectors, index, rows, frozen(weights))
+        for each, value in zip(fields(self), ours, strict=True):
+            object.__setattr__(self, each.name, value)
 
     def __len__(self) -> int:
         return len(self.joints)

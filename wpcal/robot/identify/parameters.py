@@ -206,7 +206,7 @@ def _link_column(column: FloatArray, symbol: str, motion: LinkMotion, p: FloatAr
             "beta": (motion.frame.y, motion.frame.p),
         }[symbol]
         column[:3] = axis
-        cross(axis, p - origin, out=column[3:])
+        column[3:] = cross(axis, p - origin)
 
 
 def _pose_column(column: FloatArray, symbol: str, frame: Frames, p: FloatArray) -> None:
@@ -216,7 +216,7 @@ def _pose_column(column: FloatArray, symbol: str, frame: Frames, p: FloatArray) 
         column[3:] = axis
     else:
         column[:3] = axis
-        cross(np.broadcast_to(axis, p.shape), p - frame.p, out=column[3:])
+        column[3:] = cross(axis, p - frame.p)
 
 
 def model_difference(parameters: Sequence[Parameter], start: KinematicModel, end: KinematicModel) -> FloatArray:

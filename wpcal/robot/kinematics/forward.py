@@ -158,7 +158,7 @@ def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMo
         p = p_before + d * z + a * x  # Tz(d) Tx(a)
         y, z_end = _turn(y, z, twist)  # Rx(α)
         x_end = x
-        if np.any(tilt[0]):
+        if tilt[0].any():
             z_end, x_end = _turn(z_end, x, tilt)  # Ry(β)
         frame = Frames(x_end, y, z_end, p)
         yield LinkMotion(z, p_before, x, frame)
@@ -215,12 +215,14 @@ def geometric_jacobian(chain: MDHChain, theta: ArrayLike, *, point: ArrayLike = 
     J = np.empty((6, len(chain), p.shape[1]))
     for i, motion in enumerate(motions):
         J[:3, i] = motion.z
-        cross(motion.z, p - motion.p_before, out=J[3:, i])
+        J[3:, i] = cross(motion.z, p - motion.p_before)
     return np.ascontiguousarray(np.moveaxis(J, 2, 0))
 
 
-def cross(u: FloatArray, v: FloatArray, *, out: FloatArray) -> None:
-    """Write u × v to `out`, all of shape (3, ...); far faster than `numpy.cross` on long rows."""
+def cross(u: FloatArray, v: FloatArray) -> FloatArray:
+    """Return u × v, all of shape (3, ...); far faster than `numpy.cross` on long rows."""
+    out = np.empty(np.broadcast_shapes(u.shape, v.shape))
     out[0] = u[1] * v[2] - u[2] * v[1]
     out[1] = u[2] * v[0] - u[0] * v[2]
     out[2] = u[0] * v[1] - u[1] * v[0]
+    return out

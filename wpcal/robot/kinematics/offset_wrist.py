@@ -44,18 +44,14 @@ def _turned(k: FloatArray, angle: FloatArray, v: FloatArray) -> FloatArray:
     s, c = sine_cosine(angle)
     axis = k.reshape(3, *(1,) * max(v.ndim - 1, angle.ndim))
     v = v.reshape(3, *(1,) * (axis.ndim - v.ndim), *v.shape[1:])
-    across = np.empty(np.broadcast_shapes(axis.shape, v.shape))
-    cross(np.broadcast_to(axis, across.shape), np.broadcast_to(v, across.shape), out=across)
     along = (axis * v).sum(axis=0)
-    return np.asarray(c * v + s * across + (1.0 - c) * along * axis)
+    return np.asarray(c * v + s * cross(axis, v) + (1.0 - c) * along * axis)
 
 
 def _angle(k: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
     """Return the angles about a unit vector (3,) that turn vectors u (3, ...) into the directions of v (3, ...)."""
     u, v = np.broadcast_arrays(u, v)
-    axis = np.broadcast_to(k.reshape(3, *(1,) * (u.ndim - 1)), u.shape)
-    w = np.empty(u.shape)
-    cross(u, v, out=w)
+    axis, w = np.broadcast_to(k.reshape(3, *(1,) * (u.ndim - 1)), u.shape), cross(u, v)
     flat = (u * v).sum(axis=0) - (axis * u).sum(axis=0) * (axis * v).sum(axis=0)
     return arc_tangent((axis * w).sum(axis=0), flat)
 
