@@ -13,7 +13,8 @@ from tests.saddle import CELLS
 from wpcal.core.same_bits import arc_tangent, first_least, inverse_pose, product, ranked, sine_cosine, solve
 from wpcal.core.tangent import exp_rotation
 from wpcal.optim.banded import solve_chain
-from wpcal.planning.sequence.seam_search import way_of_branch
+from wpcal.optim.ladder import cheapest_way
+from wpcal.planning.sequence.seam_search import steps_of_branch
 
 PROCESSORS = (
     {"OPENBLAS_CORETYPE": "Haswell"},
@@ -90,9 +91,8 @@ def test_round_off_of_the_joints_leaves_the_way_over_a_ladder():
     one = np.cumsum(rng.uniform(-0.2, 0.2, (12, 1, 6)), axis=0)
     joints = np.concatenate([one, -one, one + np.pi, -one - np.pi], axis=1)
     usable, off = np.ones((12, 4), dtype=bool), np.zeros((12, 4))
-    ways = [
-        way_of_branch(joints + NOISE * rng.uniform(-1, 1, joints.shape), usable, off, np.ones(6)) for _ in range(20)
-    ]
+    shaken = [joints + NOISE * rng.uniform(-1, 1, joints.shape) for _ in range(20)]
+    ways = [cheapest_way(list(off), steps_of_branch(each, usable, np.ones(6))) for each in shaken]
     assert ways == [[0] * 12] * 20
 
 

@@ -30,14 +30,14 @@ QUARTER_REST = 3.061616997868383e-17  #: What π/4 has beyond its nearest number
 RANK_BITS = 30
 """Costs are compared after rounding to this many bits, nine digits: round-off is far below, and a real gain above."""
 
+PRODUCTS = (("j,j->", "j,...jk->...k"), ("...ij,j->...i", "...ij,...jk->...ik"))
+"""Sums of products, by whether the first and the second factor are matrices."""
+
 
 def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
     """Return ``a @ b`` for arrays of shape (...) that `numpy.matmul` takes."""
     left, right = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    rows, columns = "ij" if left.ndim > 1 else "j", "jk" if right.ndim > 1 else "j"
-    rows, columns = ("..." if left.ndim > 1 else "") + rows, ("..." if right.ndim > 1 else "") + columns
-    out = ("..." if "." in rows + columns else "") + rows.strip(".j") + columns.strip(".j")
-    return np.asarray(np.einsum(f"{rows},{columns}->{out}", left, right), dtype=np.float64)
+    return np.asarray(np.einsum(PRODUCTS[left.ndim > 1][right.ndim > 1], left, right), dtype=np.float64)
 
 
 def length(v: ArrayLike) -> float:
@@ -85,16 +85,18 @@ def inverse_pose(T: FloatArray) -> FloatArray:
 def sine_cosine(angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return sine and cosine of angles of shape (...), rad; errors below 2e-16 up to some thousand turns."""
     x = np.asarray(angle, dtype=np.float64)
-    x = np.where(np.abs(x) > FEW_TURNS_RAD, np.fmod(x, 2.0 * np.pi), x)
+    far = np.abs(x) > FEW_TURNS_RAD
+    if far.any():
+        x = np.where(far, np.fmod(x, 2.0 * np.pi), x)
     turns = np.rint(x * (2.0 / np.pi))
     x = ((x - turns * HALF_TURN_PARTS[0]) - turns * HALF_TURN_PARTS[1]) - turns * HALF_TURN_PARTS[2]
     z = x * x
     s = x + x * z * _polynomial(SINE, z)
     c = 1.0 - (0.5 * z - z * z * _polynomial(COSINE, z))
     quarter = turns - 4.0 * np.floor(turns / 4.0)
-    odd = (quarter == 1.0) | (quarter == 3.0)
+    odd, low = (quarter == 1.0) | (quarter == 3.0), quarter >= 2.0
     sine, cosine = np.where(odd, c, s), np.where(odd, s, c)
-    return np.where(quarter >= 2.0, -sine, sine), np.where((quarter == 1.0) | (quarter == 2.0), -cosine, cosine)
+    return np.where(low, -sine, sine), np.where(low != odd, -cosine, cosine)
 
 
 def sine(angle: ArrayLike) -> FloatArray:
@@ -109,7 +111,7 @@ def cosine(angle: ArrayLike) -> FloatArray:
 
 def arc_tangent(y: ArrayLike, x: ArrayLike) -> FloatArray:
     """Return the angles of points (x, y) of shape (...), rad, in [-π, π]; zero for the origin."""
-    y, x = np.broadcast_arrays(np.asarray(y, dtype=np.float64), np.asarray(x, dtype=np.float64))
+    y, x = np.asarray(y, dtype=np.float64), np.asarray(x, dtype=np.float64)
     high, wide = np.abs(y), np.abs(x)
     large = np.maximum(high, wide)
     t = np.minimum(high, wide) / np.where(large == 0.0, 1.0, large)
@@ -125,8 +127,9 @@ def arc_tangent(y: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def _polynomial(coefficients: tuple[float, ...], z: FloatArray) -> FloatArray:
-    value = np.full(np.shape(z), coefficients[0])
-    for one in coefficients[1:]:
+    first, second, *rest = coefficients
+    value = np.asarray(first * z + second)
+    for one in rest:
         value *= z
         value += one
     return value

@@ -2,6 +2,7 @@
 
 import copy
 import json
+from dataclasses import replace
 
 import jsonschema
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, one_robot_record, random_axes, with_positioner, write_cell
+from tests.real_cells import bvh
 from tests.saddle import CELL
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -89,7 +91,7 @@ def test_the_field_is_a_lower_bound_of_the_distance():
     weights = rng.dirichlet([1, 1, 1], (30, 400))
     samples = np.einsum("tsk,tkx->tsx", weights, corners).reshape(-1, 3)
     distance = np.sqrt(((points[:, None] - samples[None, ::7]) ** 2).sum(axis=2)).min(axis=1)
-    bound = field.at(points)
+    bound = field.between(points)[0]
     assert (bound <= distance + ROUND_OFF_MM).all()
     near = distance < 100.0
     assert np.median((distance - bound)[near]) < 4 * field.cell_mm  # it is worth something
@@ -101,7 +103,10 @@ def test_margins_are_lower_bounds_of_what_fcl_measures():
     cell = given.placed(fixed_cell())
     clearance = CellClearance(cell, given.part)
     q = random_axes(cell, 150)
-    found = clearance.margins(q)
+    found, again = clearance.margins(q), clearance.margins(q[::-2])
+    assert np.array_equal(again.by_carriers_mm, found.by_carriers_mm[::-2])
+    lower = clearance.standing_as(replace(cell, floor_z_mm=cell.floor_z_mm - 50.0)).margins(q)
+    assert (lower.margin_mm - found.margin_mm).max() > 1.0
     true = np.array([_fcl_margin(cell, given.part, row) for row in q])
     assert (found.margin_mm <= true + FCL_MM).all()
     compared = found.is_clear | [clearance.names(pair)[1] in ("part", "floor") for pair in found.pair]
@@ -111,13 +116,9 @@ def test_margins_are_lower_bounds_of_what_fcl_measures():
 
 
 def _fcl_margin(cell, part, q):
-    mesh = fcl.BVHModel()
-    points = part.corners.reshape(-1, 3)
-    mesh.beginModel(len(points), len(part.corners))
-    mesh.addSubModel(points, np.arange(len(points)).reshape(-1, 3))
-    mesh.endModel()
+    part_object = bvh(part.corners.reshape(-1, 3), np.arange(part.corners.size // 3).reshape(-1, 3))
     T = cell.part_places(q[None])[0]
-    part_object = fcl.CollisionObject(mesh, fcl.Transform(T[:3, :3], T[:3, 3]))
+    part_object.setTransform(fcl.Transform(T[:3, :3], T[:3, 3]))
     frames = [frame.matrices()[0] for frame in cell.frames(q[None])]
     least = np.inf
     for shape, frame in [(s, frames[s.link]) for s in cell.links if s.link] + [(s, frames[7]) for s in cell.torch]:
@@ -130,14 +131,11 @@ def _fcl_margin(cell, part, q):
             )
             found = fcl.distance(capsule, part_object, fcl.DistanceRequest(), fcl.DistanceResult())
             least = min(least, max(found, 0.0) - needed)
-    floor = [
-        (frames[s.link] @ [*end, 1.0])[2] - radius - cell.d1_mm
-        for s in cell.links
-        if s.link > 1
-        for end_row in (s.p, s.q)
-        for end, radius in zip(end_row, s.radius_mm, strict=True)
+    links = [(frames[s.link], s) for s in cell.links if s.link > 1]
+    heights = [
+        (T @ [*end, 1.0])[2] - r for T, s in links for e in (s.p, s.q) for end, r in zip(e, s.radius_mm, strict=True)
     ]
-    return min([least, *floor]) if least > 0 else least
+    return min([least, *(height - cell.d1_mm for height in heights)]) if least > 0 else least
 
 
 def test_old_cells_are_two_robots_and_new_ones_are_one(on_positioner):

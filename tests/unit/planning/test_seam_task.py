@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.one_robot_cells import TEE, fixed_cell
-from wpcal.planning.sequence.seam_search import is_swift, way_of_branch
+from wpcal.optim.ladder import cheapest_way
+from wpcal.planning.sequence.seam_search import is_swift, steps_of_branch
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
@@ -69,6 +70,7 @@ def test_from_rung_to_rung_the_torch_leans_no_faster_than_along_a_seam():
     task = SeamTask("S", s, np.zeros((3, 3)), np.tile(np.eye(3), (3, 1, 1)), still, np.ones(3, dtype=bool))
     angles = np.tile([[0.0, 0.0, 0.0], [np.radians(8.0), 0.0, 0.0]], (3, 1, 1))
     poses = TorchPoses(np.arange(3), angles, np.tile(np.eye(4), (3, 2, 1, 1)), still, both)
-    usable, off = np.array([[1, 0], [1, 1], [0, 1]], dtype=bool), np.array([[0.0, 0], [1, 0], [0, 0]])
+    cost = np.array([[0.0, np.inf], [2, 0], [np.inf, 0]])
     for forbids, way in ((None, [0, 1, 1]), (partial(is_swift, task, poses), [0, 0, 1])):
-        assert way_of_branch(np.zeros((3, 2, 6)), usable, off, np.ones(6), forbids) == way
+        steps = steps_of_branch(np.zeros((3, 2, 6)), np.isfinite(cost), np.ones(6), forbids)
+        assert cheapest_way(list(cost), steps) == way

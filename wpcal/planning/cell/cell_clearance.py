@@ -66,9 +66,8 @@ class PartCapsules:
         part = frames[part_row]
         R = np.broadcast_to(part.rotations(), (n, 3, 3))
         origin = np.broadcast_to(part.p, (3, n))
-        carriers = sorted(set(self.carriers.tolist()))
         ends = np.empty((2, n, len(self.body), 3))
-        for carrier in carriers:
+        for carrier in sorted(set(self.carriers.tolist())):
             columns = np.flatnonzero(self.carriers == carrier)
             local = np.stack([self.p[columns], self.q[columns]])  # (2, c, 3)
             frame = frames[carrier]
@@ -88,13 +87,17 @@ def _meets_part(body: Body, cell: Cell) -> bool:
 
 
 def tool_capsules(cell: Cell) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the torch's capsules: ends in `tool` (c, 3) twice, radii (c,) and distances from the part (c,), mm."""
-    bodies = tuple(Body(shape, Owner.ROBOT, JOINTS + 1, TOOL) for shape in cell.torch)
+    """Return the torch's capsules: ends in `tool` (c, 3) twice, radii (c,) and distances from the part (c,), mm.
+
+    Without those around hulls: such a capsule is only a bound, and the hull itself is measured at the end.
+    """
+    bodies = tuple(Body(shape, Owner.ROBOT, JOINTS + 1, TOOL) for shape in cell.torch if not len(shape.hull))
     found = PartCapsules.of(cell, bodies)
     return found.p, found.q, found.radius_mm, found.needed_mm
 
 
 ROWS = 512  #: States per batch: arrays of all places on all capsules stay at some MB.
+MOST_KNOWN = 100_000  #: States whose margins are kept: some 40 MB.
 ENOUGH_MM = 5.0
 """A capsule that the grid calls too near is measured exactly up to this margin; beyond it, it is far enough."""
 MOST_OUTLINE = 60
@@ -145,6 +148,7 @@ class CellClearance:
         else:
             self._field, self._outline = like._field, like._outline
         self._objects: dict[int, Any] = {}
+        self._known: dict[bytes, FloatArray] = {}  # of states, as bytes: margin, pair and least by carriers
         self._mesh: list[Any] = [] if like is None else like._mesh
         #: shape (c, 2). The pairs of frames (rows of `Cell.frames`) that carry bodies which are compared, each once.
         #: shape (c,). Least safety distance of the bodies of each of these, mm.
@@ -168,7 +172,7 @@ class CellClearance:
     def standing_as(self, cell: Cell) -> CellClearance:
         """Return the same measures in a cell whose bodies stand elsewhere and are the same; no grid is made again."""
         other = copy(self)
-        other.cell = cell
+        other.cell, other._known = cell, {}
         return other
 
     def names(self, pair: int) -> tuple[str, str]:
@@ -180,11 +184,25 @@ class CellClearance:
         return (ours[pair - m], PART) if pair < m + n else (ours[pair - m - n], FLOOR)
 
     def margins(self, q: FloatArray, *, moved: tuple[slice, FloatArray] | None = None) -> Margins:
-        """Return lower bounds of the margins of n states.
+        """Return lower bounds of the margins of n states; a search comes back to many, which are measured once.
 
         `q`: shape (n, k). All axes, rad and mm.
         `moved`: Rows of `Cell.frames` that stand elsewhere, and by how much in `world` at each state, (n, 3), mm.
         """
+        if moved is not None:
+            return self._measured(q, moved)
+        if len(self._known) > MOST_KNOWN:
+            self._known.clear()
+        keys = [row.tobytes() for row in np.ascontiguousarray(q, dtype=np.float64)]
+        new = [row for row, key in enumerate(keys) if key not in self._known]
+        if new:
+            found = self._measured(q[new], None)
+            rows = np.column_stack([found.margin_mm, found.pair, found.by_carriers_mm])
+            self._known.update(zip([keys[row] for row in new], rows, strict=True))
+        every = np.reshape([self._known[key] for key in keys], (len(keys), 2 + len(self.carriers)))
+        return Margins(every[:, 0], every[:, 1].astype(np.int64), every[:, 2:])
+
+    def _measured(self, q: FloatArray, moved: tuple[slice, FloatArray] | None) -> Margins:
         least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
         by_carriers = np.full((len(self.carriers), len(q)), np.inf)
         for start in range(0, len(q), ROWS):
@@ -242,16 +260,22 @@ class CellClearance:
         margin[unknown] = np.inf  # of a state where others are too near: a bound that names nobody
         return margin.T, len(self.pairs) + capsules.body
 
-    def capsule_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
-        """Return lower bounds of the margins of capsules from the part.
+    def are_clear(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> BoolArray:
+        """Tell at which of n states all of some capsules keep their distances from the part, shape (n,).
 
         `p`, `q`: shape (n, c, 3). Ends of the axes in the frame of the part, mm.
         `radius`, `needed`: shape (c,). Radii and safety distances, mm.
-        Returns ndarray, shape (n, c). mm; exact where it is below `ENOUGH_MM`.
         """
-        margin = self._grid_margins(p, q, radius, needed)
-        self._measure_capsules(margin, np.argwhere(margin <= 0.0), p, q, radius + needed)
-        return margin
+        if self.part is None:
+            return np.ones(len(p), dtype=bool)
+        near = self._grid_margins(p, q, radius, needed) <= 0.0
+        clear, out = np.ones(len(near), dtype=bool), radius + needed + self.part.deflection_mm
+        for column in range(len(radius)):
+            rows = np.flatnonzero(near[:, column] & clear)
+            if len(rows):
+                within = np.full(len(rows), out[column])
+                clear[rows] = np.isinf(part_distances(self.part, p[rows, column], q[rows, column], within)[0])
+        return clear
 
     def _grid_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
         """Return lower bounds of the margins of capsules from the part by the grid alone, shape (n, c), mm."""
@@ -264,7 +288,7 @@ class CellClearance:
         own = np.repeat(np.arange(len(count)), count)
         share = (np.arange(len(own)) - starts[own]) / np.maximum(count[own] - 1, 1)
         places = p[:, own] + share[:, None] * (q - p)[:, own]
-        found = np.minimum.reduceat(self._field.at(places.reshape(-1, 3)).reshape(len(p), -1), starts, axis=1)
+        found = np.minimum.reduceat(self._field.between(places.reshape(-1, 3))[0].reshape(len(p), -1), starts, axis=1)
         margin = found - length / np.maximum(count - 1, 1) / 2 - radius - needed
         return np.asarray(margin, dtype=np.float64)
 
@@ -352,9 +376,8 @@ def _lowest(frame: Frames, points: FloatArray) -> FloatArray:
     return np.asarray(heights.min(axis=1) + frame.p[2], dtype=np.float64)
 
 
-def _mesh_object(part: TriangleMaterial | None) -> Any:
+def _mesh_object(part: TriangleMaterial) -> Any:
     """Return FCL's object of the part's triangles."""
-    assert part is not None
     fcl = import_fcl()
     mesh = fcl.BVHModel()
     points = np.ascontiguousarray(part.corners.reshape(-1, 3))

@@ -57,13 +57,6 @@ class DistanceField:
         bound = np.asarray(np.maximum(distance_transform_edt(empty) * cell - slack, 0.0), dtype=np.float64)
         return cls(low, cell, bound, box, slack + cell * math.sqrt(3.0))
 
-    def at(self, points: FloatArray) -> FloatArray:
-        """Return lower bounds of the distances of points from the surface, shape (n,), mm.
-
-        `points`: shape (n, 3). In the frame of the triangles, mm.
-        """
-        return self.between(points)[0]
-
     def between(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return bounds of the distances of points from the surface.
 

@@ -148,6 +148,9 @@ class MotionChecker:
         self.per_axis: FloatArray = self._per_axis.max(axis=0, initial=0.0)
         boxes = _boxes(cell)
         self._boxed, self._corners = list(boxes), np.moveaxis(np.reshape([*boxes.values()], (-1, 8, 3, 1)), 2, 0)
+        pairs = list(enumerate(clearance.carriers.tolist()))
+        self._chorded = [row for row, (one, other) in pairs if one in boxes and other > TOOL]
+        self._boxed_one = [self._boxed.index(one) for one, other in clearance.carriers[self._chorded].tolist()]
         self._free_mm = np.maximum(clearance.least_safety_mm, LEAST_FREE_MM)
 
     def motion_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -183,16 +186,14 @@ class MotionChecker:
         turns = step.sum(axis=1) - (0.0 if cell.rail_axis is None else step[:, cell.rail_axis])
         found = product(step, self._per_axis.T)
         bend = found * turns[:, None] / 2.0
-        still = ~step[:, cell.first_turning :].any(axis=1)
+        still = ~step[:, cell.first_turning :].any(axis=1, keepdims=True)
         frames = stacked(cell.frames(np.concatenate([a, b])))[:, :, self._boxed]
         u, v, w, p = (frames[..., n:] - frames[..., :n])[:, :, :, None]  # (3, carriers, 1, n)
         x, y, z = self._corners
         gap = x * u + y * v + z * w + p
-        chord = dict(zip(self._boxed, np.sqrt(dot(gap, gap).max(axis=1)), strict=True))
-        for row, (one, other) in enumerate(self.clearance.carriers.tolist()):
-            if one in chord and other > TOOL:
-                nearer = np.minimum(found[:, row], chord[one] + bend[:, row])
-                found[:, row] = np.where(still, nearer, found[:, row])
+        chord, rows = np.sqrt(dot(gap, gap).max(axis=1))[self._boxed_one].T, self._chorded
+        nearer = np.minimum(found[:, rows], chord + bend[:, rows])
+        found[:, rows] = np.where(still, nearer, found[:, rows])
         return np.asarray(found, dtype=np.float64)
 
     def check(

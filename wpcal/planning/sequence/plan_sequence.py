@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import partial
+from functools import cache
 
 import numpy as np
 
@@ -163,10 +163,10 @@ def plan_sequence(
         more = f"; and {len(unwelded) - 1} more" if len(unwelded) > 1 else ""
         raise GeometryError(f"no seam can be welded: {unwelded[0].describe()}{more}")
     progress("the order of the seams")
-    smoother = _Smoother()
+    smoothed = _smoother()
     orders = {each: _order(cell, stretches, targets, each, ()) for each in SequencePreference}
-    values = {each: _values(cell, stretches, targets, order, smoother.of(each)) for each, order in orders.items()}
-    work = _Work(search, stretches, smoother.of(prefer), progress)
+    values = {each: _values(cell, stretches, targets, order, smoothed(each)) for each, order in orders.items()}
+    work = _Work(search, stretches, smoothed(prefer), progress)
     sequence = _worked_out(work, unwelded, orders[prefer], prefer)
     sequence = replace(sequence, cell=given)  # with the limits of the arm itself
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
@@ -231,28 +231,21 @@ Smooth = Callable[[_Ways, int], Candidate]
 """Returns one of the ways of a stretch, with joints that move less."""
 
 
-class _Smoother:
-    """Smoothed ways, each made once."""
+def _smoother() -> Callable[[SequencePreference], Smooth]:
+    """Return what smooths ways, each once; with the preference for the position the torch stays at its targets."""
+    spun = cache(respun)
 
-    def __init__(self) -> None:
-        self.found: dict[tuple[int, bool], tuple[Candidate, Candidate]] = {}
-        self.spun: dict[int, Candidate] = {}
+    @cache
+    def smoothed(search: SeamSearch, way: Candidate, may_tilt: bool) -> Candidate:
+        base = spun(search, way)
+        found = tilted(search, way, base) if may_tilt else base
+        return found if search.leaves_ends([found]).all() else way
 
-    def of(self, prefer: SequencePreference) -> Smooth:
-        """Return what smooths ways; with the preference for the position the torch stays at its targets."""
-        return partial(self._smoothed, may_tilt=prefer is not SequencePreference.POSITION)
+    def of(prefer: SequencePreference) -> Smooth:
+        may_tilt = prefer is not SequencePreference.POSITION
+        return lambda ways, number: smoothed(ways.search, ways.candidates[number], may_tilt)
 
-    def _smoothed(self, ways: _Ways, number: int, *, may_tilt: bool) -> Candidate:
-        way = ways.candidates[number]
-        key = id(way), may_tilt
-        if key not in self.found:
-            if id(way) not in self.spun:
-                self.spun[id(way)] = respun(ways.search, way)
-            base = self.spun[id(way)]
-            found = tilted(ways.search, way, base) if may_tilt else base
-            best = found if ways.search.leaves_ends([found]).all() else way
-            self.found[key] = way, best  # the way is kept with its id
-        return self.found[key][1]
+    return of
 
 
 def _values(

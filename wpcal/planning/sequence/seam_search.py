@@ -9,11 +9,11 @@ What fails is removed from the ladder, and the ladder is climbed again.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from itertools import islice
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
+from itertools import groupby, islice
 
 import numpy as np
 
@@ -55,6 +55,9 @@ ROUND_OFF_RAD = 1e-9
 LARGEST_STEP_RAD = np.radians(75.0)
 """A joint that turns by more from one rung to the next swings through a singular pose."""
 
+Steps = Callable[[int, IntArray, IntArray], FloatArray]
+"""Costs from states of rung i - 1 to states of rung i, shape (now, before): of i and the rows of both."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Climb:
@@ -62,7 +65,22 @@ class Climb:
 
     last: int  #: Point of the seam; -1 if not even the first rung is reached.
     candidate: Candidate | None  #: The way from the first point to `last`, if there is one of two points or more.
-    ladder: tuple[int, int] = (-1, -1)  #: Position of the external axes, and the branch.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ladder:
+    """The poses of the torch at the rungs of a seam, in one branch and at one position of the external axes."""
+
+    poses: TorchPoses
+    values: FloatArray  #: shape (2, k - 6). External axes at the start and at the end of the seam.
+    branch: int
+    joints: FloatArray  #: shape (m, K, 6). rad.
+    usable: BoolArray  #: shape (m, K).
+    steps: Steps
+    least_off_rad: float  #: Of all positions that are tried together, the least distance from the asked weld position.
+
+
+Batches = Iterable[tuple[float, Iterable[_Ladder]]]  #: Ladders, and `least_off_rad` of each batch.
 
 
 class SeamSearch:
@@ -121,21 +139,22 @@ class SeamSearch:
             poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
             if not poses.is_free.any(axis=1).all():
                 continue
-            held: dict[tuple[int, int], BoolArray] = {}
-            for again in range(3):  # most can leave, and to ask it of every pose of a rung takes long
-                climbs = self._climbs(task, poses, axes, whole=True, held=held if again else None)
-                whole = (climb for climb in climbs if climb.last == len(task) - 1)
-                ways = ((climb.ladder, climb.candidate) for climb in whole if climb.candidate is not None)
-                found, still = list[Candidate](), dict[tuple[int, int], BoolArray]()
+            batches: Batches = self._batches(task, poses, axes, whole=True)
+            for _ in range(3):  # most can leave, and to ask it of every pose of a rung takes long
+                climbs = self._climbs(task, batches, whole=True)
+                whole = ((ladder, climb.candidate) for ladder, climb in climbs if climb.last == len(task) - 1)
+                ways = ((ladder, way) for ladder, way in whole if way is not None)
+                found, still = list[Candidate](), list[tuple[_Ladder, BoolArray]]()
                 while some := list(islice(ways, MOST_CANDIDATES - len(found))):
                     for (ladder, way), can in zip(some, self.leaves_ends([way for _, way in some]), strict=True):
                         if can.all():
                             found.append(way)
                         else:
-                            still[ladder] = ~can | held.get(ladder, False)
+                            still.append((ladder, ~can))
                 if found:
                     return found
-                held = still
+                held = (self._held(ladder, ends) for ladder, ends in still)
+                batches = groupby(held, key=lambda ladder: ladder.least_off_rad)
         return []
 
     def longest(self, task: SeamTask) -> Climb:
@@ -144,57 +163,61 @@ class SeamSearch:
         best = Climb(-1, None)
         for tilted in (False, True):
             poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
-            for climb in self._climbs(task, poses, axes, whole=False):
+            for _, climb in self._climbs(task, self._batches(task, poses, axes, whole=False), whole=False):
                 if climb.candidate is not None and climb.last > best.last:
                     best = climb
             if best.last == len(task) - 1:
                 break
         return best
 
-    def _climbs(
-        self,
-        task: SeamTask,
-        poses: TorchPoses,
-        axes: ExternalAxes,
-        *,
-        whole: bool,
-        held: Mapping[tuple[int, int], BoolArray] | None = None,
-    ) -> Iterator[Climb]:
-        """Yield what the ladders of the most promising branches give, batch by batch of external axes.
-
-        `held`: Only these ladders, and whether their first and last states, shape (2,), must be ones from which the
-        torch can go back along the wire.
-        """
-        m, K = poses.is_free.shape
-        most = len(axes) if poses.off_rad.max() == 0.0 else min(len(axes), TILTED_AXES)
-        size, reached = max(1, POSES_AT_ONCE // (m * K)), False
-        for start in range(0, most, size):
-            rows = np.arange(start, min(start + size, most))
-            if reached and axes.off_rad[rows].min() > self.targets.position_tol_rad:
+    def _climbs(self, task: SeamTask, batches: Batches, *, whole: bool) -> Iterator[tuple[_Ladder, Climb]]:
+        """Yield what each ladder gives."""
+        reached = False
+        for least_off_rad, ladders in batches:
+            if reached and least_off_rad > self.targets.position_tol_rad:
                 return  # the rest is out of position
-            joints, usable = self.states(task, poses, axes.values[rows])
-            shown = poses
-            if has_searched_roots(self.cell.arm):  # their numbers name no branch: all are states of one
-                shown = poses.repeated(joints.shape[3])
-                joints, usable = joints.reshape(len(rows), m, -1, 1, JOINTS), usable.reshape(len(rows), m, -1, 1)
-            ways = np.asarray(usable.any(axis=2))  # (C, m, 8)
-            prefix = np.where(ways.all(axis=1), m, np.argmin(ways, axis=1))  # (C, 8)
-            fewest = usable.sum(axis=2).min(axis=1)
-            score = prefix * (usable.shape[2] + 1) + np.where(prefix == m, fewest, 0)
-            score = np.where(prefix == m if whole else prefix >= 1, score, -1)
-            for index in np.argsort(-score, axis=None, kind="stable")[:TRIED]:
-                c, b = np.unravel_index(int(index), score.shape)
-                if score[c, b] < 0:
-                    break
-                ladder, state = (int(rows[c]), int(b)), (joints[c, :, :, b], usable[c, :, :, b])
-                if held is not None:
-                    if ladder not in held:
-                        continue
-                    for end in np.array([0, -1])[held[ladder]].tolist():
-                        _keep(state[1][end], state[0][end], axes.values[rows[c], end], self.leaves)
-                climb = self._climb(task, shown, axes.values[rows[c]], int(b), *state, whole=whole)
+            for ladder in ladders:
+                climb = self._climb(task, ladder, whole=whole)
                 reached |= climb.last == len(task) - 1
-                yield replace(climb, ladder=ladder)
+                yield ladder, climb
+
+    def _batches(self, task: SeamTask, poses: TorchPoses, axes: ExternalAxes, *, whole: bool) -> Batches:
+        """Yield the ladders of positions of the external axes that are tried together, and the least `off_rad`."""
+        most = len(axes) if poses.off_rad.max() == 0.0 else min(len(axes), TILTED_AXES)
+        size = max(1, POSES_AT_ONCE // poses.is_free.size)
+        for start in range(0, most, size):
+            rows = slice(start, min(start + size, most))
+            least = float(axes.off_rad[rows].min())
+            yield least, self._ladders(task, poses, axes.values[rows], least, whole=whole)
+
+    def _ladders(
+        self, task: SeamTask, poses: TorchPoses, values: FloatArray, least_off_rad: float, *, whole: bool
+    ) -> Iterator[_Ladder]:
+        """Yield the most promising ladders at positions of the external axes, shape (C, 2, k - 6)."""
+        joints, usable = self.states(task, poses, values)
+        m = len(poses.rungs)
+        if has_searched_roots(self.cell.arm):  # their numbers name no branch: all are states of one
+            poses = poses.repeated(joints.shape[3])
+            joints, usable = joints.reshape(len(values), m, -1, 1, JOINTS), usable.reshape(len(values), m, -1, 1)
+        ways = np.asarray(usable.any(axis=2))  # (C, m, 8)
+        prefix = np.where(ways.all(axis=1), m, np.argmin(ways, axis=1))  # (C, 8)
+        fewest = usable.sum(axis=2).min(axis=1)
+        score = prefix * (usable.shape[2] + 1) + np.where(prefix == m, fewest, 0)
+        score = np.where(prefix == m if whole else prefix >= 1, score, -1)
+        swift = partial(is_swift, task, poses) if poses.off_rad.any() else None
+        for index in np.argsort(-score, axis=None, kind="stable")[:TRIED]:
+            c, b = np.unravel_index(int(index), score.shape)
+            if score[c, b] < 0:
+                break
+            q, can = joints[c, :, :, b], usable[c, :, :, b]
+            steps = steps_of_branch(q, can, self.weights, swift)
+            yield _Ladder(poses, values[c], int(b), q, can, steps, least_off_rad)
+
+    def _held(self, ladder: _Ladder, ends: BoolArray) -> _Ladder:
+        """Keep, at the first or the last rung (`ends`, shape (2,)), states from which the torch can go back."""
+        for end in np.array([0, -1])[ends].tolist():
+            _keep(ladder.usable[end], ladder.joints[end], ladder.values[end], self.leaves)
+        return ladder
 
     def states(self, task: SeamTask, poses: TorchPoses, values: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the joints of all branches at poses of the torch, for C positions of the external axes.
@@ -223,56 +246,44 @@ class SeamSearch:
         T_base_part = product(inverse_pose(self.cell.base_places(q)), self.cell.part_places(q))
         return T_base_part.reshape(*some.shape[:2], 4, 4)
 
-    def _climb(
-        self,
-        task: SeamTask,
-        poses: TorchPoses,
-        values: FloatArray,
-        branch: int,
-        joints: FloatArray,
-        usable: BoolArray,
-        *,
-        whole: bool,
-    ) -> Climb:
-        usable, swift = usable.copy(), partial(is_swift, task, poses) if poses.off_rad.any() else None
+    def _climb(self, task: SeamTask, ladder: _Ladder, *, whole: bool) -> Climb:
+        usable, rungs, values = ladder.usable.copy(), ladder.poses.rungs, ladder.values
         best = Climb(-1, None)
         seen: set[int] = set()
         for _ in range(CLIMBS):
-            way = way_of_branch(joints, usable, poses.off_rad, self.weights, swift)
-            if len(way) <= 1 or (whole and len(way) < len(poses.rungs)):
+            way = cheapest_way(list(np.where(usable, OFF_WEIGHT * ladder.poses.off_rad**2, np.inf)), ladder.steps)
+            if len(way) <= 1 or (whole and len(way) < len(rungs)):
                 return best
-            if int(poses.rungs[len(way) - 1]) <= best.last:
+            if int(rungs[len(way) - 1]) <= best.last:
                 return best
-            filled, bad = self._filled(task, poses, values, (branch, joints[0, way[0]]), way)
+            filled, bad = self._filled(task, ladder, way)
             if filled.last > best.last:
                 best = filled
             if bad is None:
                 return best
-            rung = int(np.searchsorted(poses.rungs, bad))  # the rung at or after the first bad point
-            rows = {max(rung - 1, 0), min(rung, len(way) - 1)} if poses.rungs[rung] != bad else {rung}
+            rung = int(np.searchsorted(rungs, bad))  # the rung at or after the first bad point
+            rows = {max(rung - 1, 0), min(rung, len(way) - 1)} if rungs[rung] != bad else {rung}
             for row in rows:
                 usable[row, way[row]] = False
             for row in rows - seen:  # where one pose fails, its neighbours mostly do: all of the rung in one call
-                external = values_along(values[None], task, poses.rungs[row : row + 1])[0, 0]
-                _keep(usable[row], joints[row], external, lambda q: self.clearance.margins(q).is_clear)
+                external = values_along(values[None], task, rungs[row : row + 1])[0, 0]
+                _keep(usable[row], ladder.joints[row], external, lambda q: self.clearance.margins(q).is_clear)
             seen |= rows
             if whole and not usable[sorted(rows)].any(axis=1).all():
                 return best
         return best
 
-    def _filled(
-        self, task: SeamTask, poses: TorchPoses, values: FloatArray, branch: tuple[int, FloatArray], way: list[int]
-    ) -> tuple[Climb, int | None]:
+    def _filled(self, task: SeamTask, ladder: _Ladder, way: list[int]) -> tuple[Climb, int | None]:
         """Return the way with all points between the rungs as far as it is good, and the first point that is not."""
-        rungs = poses.rungs[: len(way)]
+        rungs = ladder.poses.rungs[: len(way)]
         rows = np.arange(int(rungs[-1]) + 1)
-        angles = angles_between(task, self.targets, rows, rungs, poses.angles[np.arange(len(way)), way])
-        found, bad = self.checked(task, angles, values, branch)
+        angles = angles_between(task, self.targets, rows, rungs, ladder.poses.angles[np.arange(len(way)), way])
+        found, bad = self.checked(task, angles, ladder.values, (ladder.branch, ladder.joints[0, way[0]]))
         last = len(rows) - 1 if bad is None else bad - 1
         if last < 1:
             return Climb(-1, None), bad
         short = task.part_of(0, last)
-        return Climb(last, self.candidate(short, angles[: last + 1], found[: last + 1], branch[0])), bad
+        return Climb(last, self.candidate(short, angles[: last + 1], found[: last + 1], ladder.branch)), bad
 
     def checked(
         self, task: SeamTask, angles: FloatArray, values: FloatArray, branch: tuple[int, FloatArray]
@@ -358,33 +369,37 @@ def is_swift(task: SeamTask, poses: TorchPoses, i: int, now: IntArray, before: I
     return np.asarray(np.hypot(*(x[:, None] - y for x, y in zip(a, b, strict=True))) > most)
 
 
-def way_of_branch(
+def steps_of_branch(
     joints: FloatArray,
     usable: BoolArray,
-    off_rad: FloatArray,
     weights: FloatArray,
     forbids: Callable[[int, IntArray, IntArray], BoolArray] | None = None,
-) -> list[int]:
-    r"""Return the states of the cheapest way of one branch from the first rung, as far as there is one.
+) -> Steps:
+    r"""Return the costs of the steps between the states of one branch; those between two rungs are found once.
 
-    The cost is :math:`\sum_i w_o\,o_i^2 + w_s \sum_{i,j} K_j (2 - 2 \cos \Delta q_{ij})`: the cosine is the squared
-    step for small steps, the same for whole turns, and a product of matrices.
+    The cost is :math:`w_s \sum_{i,j} K_j (2 - 2 \cos \Delta q_{ij})`: the cosine is the squared step for small steps,
+    the same for whole turns, and a product of matrices.
 
     `joints`: shape (m, K, 6). Of one branch, rad.
-    `usable`: shape (m, K).
-    `off_rad`: shape (m, K). Deviation of the torch from its targets.
+    `usable`: shape (m, K). States that a way may use, or some of them.
     `weights`: shape (6,). K_j, positive.
     `forbids`: From a rung, states at it, shape (n,), and at the one before it, (m,), to which steps may not be taken.
     """
     q = np.nan_to_num(joints)
     q -= TURN * np.rint(q / TURN)
     ring = np.concatenate(sine_cosine(q), axis=2) * np.sqrt(np.tile(weights, 2))
+    states, at = [np.flatnonzero(each) for each in usable], np.cumsum(usable, axis=1) - 1
 
-    def step(i: int, now: IntArray, before: IntArray) -> FloatArray:
+    @cache
+    def every(i: int) -> FloatArray:
+        now, before = states[i], states[i - 1]
         squares = 2.0 * weights.sum() - 2.0 * product(ring[i, now], ring[i - 1, before].T)
         swings = np.zeros(squares.shape, dtype=bool) if forbids is None else forbids(i, now, before)
+        off = np.empty(squares.shape)  # of half a turn
         for here, there in zip(q[i, now].T, q[i - 1, before].T, strict=True):  # long rows
-            swings |= np.abs(np.abs(here[:, None] - there) - np.pi) < np.pi - LARGEST_STEP_RAD  # neither near nor round
+            np.abs(np.subtract(here[:, None], there, out=off), out=off)
+            np.abs(np.subtract(off, np.pi, out=off), out=off)
+            swings |= off < np.pi - LARGEST_STEP_RAD  # neither near nor round
         return np.where(swings, np.inf, STEP_WEIGHT * squares)
 
-    return cheapest_way(list(np.where(usable, OFF_WEIGHT * off_rad**2, np.inf)), step)
+    return lambda i, now, before: every(i)[np.ix_(at[i, now], at[i - 1, before])]

@@ -34,16 +34,14 @@ class TorchPoses:
     off_rad: FloatArray  #: shape (m, K). Root of the squared deviations of work and travel from their targets.
     is_free: BoolArray  #: shape (m, K). Whether the torch keeps its distances from the part.
 
-    def select(self, rungs: IntArray | slice, poses: BoolArray | slice = slice(None)) -> TorchPoses:
-        """Return the poses at some of m `rungs`, shape (k,), of these those of the columns `poses`, shape (K,)."""
+    def select(self, rungs: IntArray | slice, poses: IntArray | BoolArray | slice = slice(None)) -> TorchPoses:
+        """Return the poses at some of m `rungs`, shape (k,), of these those of the columns `poses`."""
         T, off = self.T_part_tool[rungs][:, poses], self.off_rad[rungs][:, poses]
         return TorchPoses(self.rungs[rungs], self.angles[rungs][:, poses], T, off, self.is_free[rungs][:, poses])
 
     def repeated(self, times: int) -> TorchPoses:
         """Return every pose several times in turn."""
-        columns = np.repeat(np.arange(self.is_free.shape[1]), times)
-        T, off, free = self.T_part_tool[:, columns], self.off_rad[:, columns], self.is_free[:, columns]
-        return TorchPoses(self.rungs, self.angles[:, columns], T, off, free)
+        return self.select(slice(None), np.repeat(np.arange(self.is_free.shape[1]), times))
 
 
 def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> FloatArray:
@@ -109,22 +107,17 @@ def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: CellClearan
 def wire_is_free(task: SeamTask, T_part_tool: FloatArray, clearance: CellClearance) -> BoolArray:
     """Tell for poses of shape (n, 4, 4), mm, whether the wire is free beyond the joint that it welds; shape (n,)."""
     tip, mouth = task.more_wire_mm - task.wire_from_mm, -stick_out_mm(clearance.cell)
-    if clearance.part is None or tip <= mouth:
+    if tip <= mouth:
         return np.ones(len(T_part_tool), dtype=bool)
     p, z = T_part_tool[:, None, :3, 3], T_part_tool[:, None, :3, 2]
     radius = np.array([WIRE_RADIUS_MM])
-    return np.asarray(clearance.capsule_margins(p + tip * z, p + mouth * z, radius, np.zeros(1))[:, 0] > 0.0)
+    return clearance.are_clear(p + tip * z, p + mouth * z, radius, np.zeros(1))
 
 
 def torch_is_free(T_part_tool: FloatArray, clearance: CellClearance) -> BoolArray:
     """Tell for poses of shape (n, 4, 4), mm, whether the torch keeps its distances from the part; shape (n,)."""
     p, q, radius, needed = tool_capsules(clearance.cell)
-    if clearance.part is None or not len(radius):
-        return np.ones(len(T_part_tool), dtype=bool)
     starts, ends = (
         np.einsum("nij,cj->nci", T_part_tool[:, :3, :3], local) + T_part_tool[:, None, :3, 3] for local in (p, q)
     )
-    hulled = np.concatenate([np.full(len(body.radius_mm), len(body.hull) > 0) for body in clearance.cell.torch])
-    margin = clearance.capsule_margins(starts, ends, radius, needed)
-    # around a hull the capsule is only a bound: the hull itself is measured at the end
-    return np.asarray(((margin > 0.0) | hulled).all(axis=1))
+    return clearance.are_clear(starts, ends, radius, needed)
