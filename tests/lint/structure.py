@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 121_956,
-    "lines of tests": 63_550,
+    "lines of tests": 63_556,
     "rooms": 21,
     "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,

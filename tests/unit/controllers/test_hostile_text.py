@@ -27,6 +27,12 @@ HOSTILE = {
         "MOVL C00001",
         "C00000=|C00000 = 1,|///USER 1\n|,| |///POSTYPE USER\n|MOVL C00000 V=1.0\n|SMOVL C00000 +MOVJ ",
     ),
+    "krl": ("DEFDAT A PUBLIC\n", "LIN ", 'DECL E6POS X={|{X 1,|;|,| |LIN X\n|TOOL_DATA[1]={|"|X[|&'),
+    "rapid": (
+        "MODULE a\n",
+        "  MoveL a",
+        'CONST robtarget a:=[[|[|PERS tooldata t:=[TRUE,[[|!|;|PROC a()\n|MoveL a,|"|,| |CONST robtarget a;',
+    ),
     "urscript": (
         "def a():\n",
         "  movel(",

@@ -16,7 +16,7 @@ HELD = "the part in the hand of robot 2"  #: In the header of programs of coordi
 def _judge_held(lines: list[str], _path: Path) -> Iterator[Complaint]:
     """Yield what is wrong with the work object in the hand of robot 2."""
     text = "\n".join(lines)
-    if HELD not in re.sub(r"\s*!\s*", " ", text[: text.find("PERS")]):
+    if HELD not in " ".join(text[: text.find("PERS")].replace("!", " ").split()):
         return
     names = set[str]()
     for each in declarations(statements_of(text), "wobjdata"):
