@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -28,12 +28,16 @@ MANY_FACES, COARSE_RAD = 3000, 1.0
 """With this many faces each is a few pixels wide on a screen. 12 sides per circle are then enough, in half the time."""
 
 
-def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMesh:
+def tessellate(
+    solids: Iterable[tuple[str, KernelObject, Rgb | None]], copies: Mapping[int, tuple[int, FloatArray]] | None = None
+) -> PartMesh:
     """Turn solids into triangles with the edges of their faces.
 
     Raises `KernelError` when the kernel fails as a whole.
 
     `solids`: In the frame `part`, mm; sRGB colours in 0…1, or None.
+    `copies`: Solids that are an earlier one at another place, by number: that one, and the way from it, shape (3,), mm.
+    They get its triangles.
 
     Returns: Its deflection is `usual_deflection_mm` of the diagonal of all solids; its angle is `ANGLE_RAD`, or
     `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as are solids without any
@@ -45,24 +49,32 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
     deflection = deflection_mm([shape for _, shape, _ in given])
     faces = sum(len(sub_shapes(shape, FACE)) for _, shape, _ in given)
     angle = ANGLE_RAD if faces < MANY_FACES else COARSE_RAD
-    meshes = []
-    for name, shape, color in given:
-        with kernel_call(f"meshing {name}"):
-            BRepMesh_IncrementalMesh(shape, deflection, False, angle, False)
-            mesh = _solid_mesh(name, shape, color)
-        if mesh is not None:
-            meshes.append(mesh)
-    return PartMesh(tuple(meshes), deflection, angle)
+    meshes: list[SolidMesh | None] = []
+    for number, (name, shape, color) in enumerate(given):
+        if copies and number in copies:
+            first, way_mm = copies[number]
+            mesh = meshes[first]
+            if mesh is not None:
+                mesh = replace(mesh, name=name, points=frozen(mesh.points + way_mm), color_rgb=color)
+        else:
+            with kernel_call(f"meshing {name}"):
+                BRepMesh_IncrementalMesh(shape, deflection, False, angle, False)
+                mesh = _solid_mesh(name, shape, color)
+        meshes.append(mesh)
+    return PartMesh(tuple(mesh for mesh in meshes if mesh is not None), deflection, angle)
 
 
-def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[bytes | None, tuple[Issue, ...]]:
+def mesh_part(
+    solids: Sequence[Any], *, copies: Mapping[int, tuple[int, FloatArray]] | None = None, sha256: str | None = None
+) -> tuple[bytes | None, tuple[Issue, ...]]:
     """Return ``part.glb`` of the solids of a STEP file.
 
+    `copies`: As of `tessellate`.
     Returns `part_glb`: None when the kernel fails or no face can be meshed. A calibration does not need the picture.
     Returns `issues`: tuple of Issue. What is missing in the picture.
     """
     try:
-        mesh = tessellate((solid.name, solid.shape, solid.color_rgb) for solid in solids)
+        mesh = tessellate(((solid.name, solid.shape, solid.color_rgb) for solid in solids), copies)
     except KernelError as error:
         return None, (Issue("no-mesh", f"the part is not drawn: {error}"),)
     missing = {solid.name for solid in solids} - {solid.name for solid in mesh.solids}

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, TypeVar
 from cad.work.system_libraries import libgl_explained
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, KernelNeededError, file_identity
 from wpcal.brep import BrepGraph
+from wpcal.brep.repeats import solid_copies
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes
 from wpcal.core.issue import Issue
@@ -96,6 +98,11 @@ class StepFile:
         return self.answer(PART, (), self._find_content)
 
     @cached_property
+    def trimmed(self) -> TrimmedFaces:
+        """The boundaries of the faces as pieces."""
+        return TrimmedFaces.of(self.content.graph)
+
+    @cached_property
     def features(self) -> tuple[ReferenceFeature, ...]:
         """The reference features."""
         return find_features(self.content.graph)
@@ -121,9 +128,9 @@ def draw_part(file: StepFile) -> tuple[bytes | None, tuple[Issue, ...]]:
     """Return ``part.glb`` of a STEP file, and what is missing in it (`cad.kernel.tessellate.mesh_part`)."""
 
     def mesh() -> tuple[bytes | None, tuple[Issue, ...]]:
-        solids = file.step.solids
+        solids, copies = file.step.solids, solid_copies(file.content.graph, file.trimmed)
         from cad.kernel.tessellate import mesh_part
 
-        return mesh_part(solids, sha256=file.sha256)
+        return mesh_part(solids, copies=copies, sha256=file.sha256)
 
     return file.answer(MESH, (), mesh)

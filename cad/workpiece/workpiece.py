@@ -83,6 +83,9 @@ class Workpiece:
     @cached_property
     def trimmed(self) -> TrimmedFaces:
         """Boundaries of the faces as pieces; computed once, for every question about what lies on a face."""
+        file = self.source
+        if file is not None and self.graph is file.content.graph:
+            return file.trimmed
         return TrimmedFaces.of(self.graph)
 
     @cached_property

@@ -88,6 +88,14 @@ def solid_shapes(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
     return np.asarray(trimmed.known["shape", 0])
 
 
+def solid_copies(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, tuple[int, FloatArray]]:
+    """Return the solids that are an earlier one at another place: that one, and the way from it, shape (3,), mm."""
+    shape = solid_shapes(graph, trimmed)
+    low, _ = boxes_of_solids(graph.face_solid, trimmed.face_box, len(shape))
+    copied = np.flatnonzero(shape != np.arange(len(shape))).tolist()
+    return {solid: (int(shape[solid]), low[solid] - low[shape[solid]]) for solid in copied}
+
+
 def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterator[SolidGroup]:
     """Yield the groups of solids; a solid without faces belongs to none."""
     count = len(graph.solid_names)
