@@ -145,8 +145,8 @@ class KnownPart:
     """What was found of a part before it is moved."""
 
     before: StepInventory  #: What the kernel finds in the file.
-    outline: Part21File | None = None  #: The outline of the file, if that is enough to check a moved one.
-    outlined: StepInventory | None = None  #: What the kernel finds in it.
+    #: The outline of the file, if that is enough to check a moved one, and what the kernel finds in it.
+    outlined: tuple[Part21File, StepInventory] | None = None
     placed: Placed | None = None  #: Its roots.
 
 
@@ -164,13 +164,20 @@ def know_part(part: StepPart) -> KnownPart:
         if write_moved_step(part, SOME_MOVE, path, known=KnownPart(before)):
             return KnownPart(before)
     try:
-        placed = Placed.of(part.source)
-        file = index_part21(outline(part.source), name=part.file_name)
-        with kernel_call(f"reading {part.file_name}"):
-            outlined = take_inventory(read_document(Path(part.file_name), file.text))
+        return KnownPart(before, _outlined(part, before), Placed.of(part.source))
     except FormatError:
         return KnownPart(before)
-    return KnownPart(before, file, outlined, placed) if _is_enough(outlined, before) else KnownPart(before)
+
+
+def _outlined(part: StepPart, before: StepInventory) -> tuple[Part21File, StepInventory] | None:
+    """Return the outline of a file, and what the kernel finds in it; None if an outline lacks more than faces.
+
+    Raises `FormatError` when it cannot be read.
+    """
+    file = index_part21(outline(part.source), name=part.file_name)
+    with kernel_call(f"reading {part.file_name}"):
+        inventory = take_inventory(read_document(Path(part.file_name), file.text))
+    return (file, inventory) if _is_enough(inventory, before) else None
 
 
 def _is_enough(outlined: StepInventory, before: StepInventory) -> bool:
@@ -265,14 +272,14 @@ class _Job:
             again = read_step(path)
             found = self.own.compare(again, self.T_base_part, before, without=SEAMS_NAME)
             return found + compare_seam_edges(again.document, self.T_base_part, self.seams)
-        if appended and (self.known.outline is not None or before.surfaces.total() >= MANY_FACES):
+        if appended and (self.known.outlined or before.surfaces.total() >= MANY_FACES):
             written, source = read_bytes(path, most_mb=MOST_STEP_MB), self.part.source
             head, tail = source.text[: source.data_end], source.text[source.data_end :]
             if not (written.startswith(head) and written.endswith(tail)):
                 return [
                     Issue("moved-faces-differ", "the written file does not hold the text of the file that was read")
                 ]
-            if self._is_outline_right(path, written, before, added):
+            if self._is_outline_right(path, written, added):
                 return []
         return self._compared(read_document(path), before, added)
 
@@ -281,19 +288,16 @@ class _Job:
         found = compare_inventories(before, after, self.T_base_part, added=added)
         return found + compare_seam_edges(document, self.T_base_part, self.seams)
 
-    def _is_outline_right(self, path: Path, written: bytes, before: StepInventory, added: Counter[str]) -> bool:
-        """Tell whether the outline of what was written is right; False if an outline lacks more than faces."""
-        file, known = self.part.source, self.known
+    def _is_outline_right(self, path: Path, written: bytes, added: Counter[str]) -> bool:
+        """Tell whether what was added to a file places its outline right; False if an outline lacks more than faces."""
+        source = self.part.source
         try:
-            if known.outline is not None and known.outlined is not None:
-                new = written[file.data_end : len(written) - len(file.text) + file.data_end]
-                text, end = known.outline.text, known.outline.data_end
-                return not self._compared(read_document(path, text[:end] + new + text[end:]), known.outlined, added)
-            source = take_inventory(read_document(Path(self.part.file_name), outline(file)))
-            if not _is_enough(source, before):
+            outlined = self.known.outlined or _outlined(self.part, self.known.before)
+            if outlined is None:
                 return False
-            text = outline(index_part21(written, name=path.name))
-            return not self._compared(read_document(path, text), source, added)
+            text, end, before = outlined[0].text, outlined[0].data_end, outlined[1]
+            new = written[source.data_end : len(written) - len(source.text) + source.data_end]
+            return not self._compared(read_document(path, text[:end] + new + text[end:]), before, added)
         except FormatError:
             return False
 
