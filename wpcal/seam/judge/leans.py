@@ -116,7 +116,7 @@ class Felt:
     def beside(self, solids: Mapping[int, int]) -> Felt:
         """Return the same at a seam that is alike: the solids there, by those here."""
         at, after = (
-            np.array([solids.get(one, one) for one in own.tolist()], dtype=np.int64)
+            np.array([solids.get(one, one) for one in own.tolist()]) if (own >= 0).any() else own
             for own in (self.solid, self.solid_after)
         )
         return Felt(self.lean_rad, self.spin_rad, at, after, self.fast)
@@ -295,9 +295,11 @@ def _chosen(steps: _Steps, free: BoolArray, is_open: BoolArray) -> IntArray:
     for run in steps.runs(free, is_open):
 
         def step(i: int, now: IntArray, before: IntArray, run: IntArray = run) -> FloatArray:
-            total = change.copy()
-            for begin, end in steps.barred.get(int(run[i - 1]), ()):
-                total[end, begin] += MEETS
+            barred, total = steps.barred.get(int(run[i - 1]), ()), change
+            if barred:
+                total = change.copy()
+                for begin, end in barred:
+                    total[end, begin] += MEETS
             return np.asarray(total[np.ix_(now, before)], dtype=np.float64)
 
         chosen[run] = cheapest_way(list(np.where(free[run], size, np.inf)), step)

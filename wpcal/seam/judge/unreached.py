@@ -43,38 +43,55 @@ def cut_where_unreached(
     """
     done: list[list[Seam]] = [[] for _ in seams]
     todo = list(enumerate(seams))
-    is_coarse = options.steps.chord_mm > FELT_CHORD_MM
     for number in range(ROUNDS):
-        held = []
-        felt_seams = _felt(graph, trimmed, [seam for _, seam in todo], options.reach, is_first=number == 0)
-        for (row, _), (seam, felt) in zip(todo, felt_seams, strict=True):
-            if felt.is_free:
-                done[row].append(felt.lay_on(seam))
-            elif felt.is_held:
-                done[row].append(_blocked(graph, seam, felt.solids))
-            else:
-                held.append((row, seam, felt))
-        todo = []
-        finer = _felt_finer(graph, trimmed, [(seam, felt) for _, seam, felt in held], options)
-        cuts = []
-        for (row, seam, felt), (dense, solid, solid_after) in zip(held, finer, strict=True):
-            if is_coarse and (solid < 0).all() and (solid_after < 0).all():
-                done[row].append(felt.lay_on(seam))
-                continue
-            stretches, passed = _stretches(dense.frames.s_mm, solid, solid_after)
-            cuts.append((row, dense, Cut(seam, stretches, _cut_reason(graph, seam, stretches, passed))))
-        pieces_of = _pieces(graph, trimmed, [(dense, cut) for _, dense, cut in cuts], options)
-        for row, piece in ((row, piece) for (row, *_), pieces in zip(cuts, pieces_of, strict=True) for piece in pieces):
-            if piece.blocked_by:
-                done[row].append(piece)
-            else:
-                todo.append((row, piece))
+        felt_once = _felt_once(graph, trimmed, [seam for _, seam in todo], options, is_first=number == 0)
+        rows, todo = [row for row, _ in todo], []
+        for row, (known, again) in zip(rows, felt_once, strict=True):
+            done[row] += known
+            todo += [(row, piece) for piece in again]
     left = feel_seams(graph, trimmed, [seam for _, seam in todo], options.reach)
     for (row, seam), felt in zip(todo, left, strict=True):
-        done[row].append(felt.lay_on(seam) if felt.is_free else _blocked(graph, seam, felt.solids))
+        done[row].append(_whole(graph, seam, felt))
     found = [_or_nothing(graph, seam, pieces) for seam, pieces in zip(seams, done, strict=True)]
     found = with_other_torches(graph, trimmed, found, options.reach, least_mm=options.min_length_mm)
     return _with_way_out(graph, trimmed, found, options.reach)
+
+
+def _felt_once(
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions, *, is_first: bool
+) -> list[tuple[list[Seam], list[Seam]]]:
+    """Feel seams; return the stretches of each that are known, and those to feel again."""
+    found = _felt(graph, trimmed, seams, options.reach, is_first=is_first)
+    in_part = [(seam, felt) for seam, felt in found if not (felt.is_free or felt.is_held)]
+    divided = iter(_divided(graph, trimmed, in_part, options))
+    return [
+        ([_whole(graph, seam, felt)], []) if felt.is_free or felt.is_held else next(divided) for seam, felt in found
+    ]
+
+
+def _whole(graph: BrepGraph, seam: Seam, felt: Felt) -> Seam:
+    """Return a seam with its leans, or, if it is not free all along, as one that no torch reaches."""
+    return felt.lay_on(seam) if felt.is_free else _blocked(graph, seam, felt.solids)
+
+
+def _divided(
+    graph: BrepGraph, trimmed: TrimmedFaces, in_part: Sequence[tuple[Seam, Felt]], options: SeamOptions
+) -> list[tuple[list[Seam], list[Seam]]]:
+    """Cut seams that a torch reaches in part; return the stretches that are known, and those to feel again, of each."""
+    is_coarse = options.steps.chord_mm > FELT_CHORD_MM
+    found: dict[int, tuple[list[Seam], list[Seam]]] = {}
+    cuts: dict[int, tuple[Seam, Cut]] = {}
+    finer = _felt_finer(graph, trimmed, in_part, options)
+    for number, ((seam, felt), (dense, solid, after)) in enumerate(zip(in_part, finer, strict=True)):
+        if is_coarse and (solid < 0).all() and (after < 0).all():
+            found[number] = [felt.lay_on(seam)], []
+        else:
+            stretches, passed = _stretches(dense.frames.s_mm, solid, after)
+            cuts[number] = dense, Cut(seam, stretches, _cut_reason(graph, seam, stretches, passed))
+    for number, pieces in zip(cuts, _pieces(graph, trimmed, list(cuts.values()), options), strict=True):
+        blocked = [piece for piece in pieces if piece.blocked_by]
+        found[number] = blocked, [piece for piece in pieces if not piece.blocked_by]
+    return [found[number] for number in range(len(in_part))]
 
 
 def _with_way_out(graph: BrepGraph, trimmed: TrimmedFaces, found: list[list[Seam]], reach: Reach) -> list[list[Seam]]:
@@ -258,8 +275,7 @@ def _names(graph: BrepGraph, solids: frozenset[int]) -> tuple[str, ...]:
 
 def _blocked(graph: BrepGraph, seam: Seam, solids: frozenset[int]) -> Seam:
     nowhere = np.full((len(seam.frames), 2), np.nan)
-    names = tuple(graph.solid_names[solid] for solid in sorted(solids))
-    return replace(seam, blocked_by=names, lean_rad=nowhere, spin_rad=None, more_wire_mm=0.0)
+    return replace(seam, blocked_by=_names(graph, solids), lean_rad=nowhere, spin_rad=None, more_wire_mm=0.0)
 
 
 def blocked_words(seam: Seam) -> str:

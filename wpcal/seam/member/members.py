@@ -338,44 +338,60 @@ def _plates(
 def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:
     """Return what a stretch is bought or cut as; None if it is a block, or a section that nobody buys."""
     contour, sides = stretch.contour, stretch.sides_mm
-    bores = [
-        other
-        for other in others
-        if other.contour.is_bore
-        and other.way is stretch.way
-        and min(other.high, stretch.high) - max(other.low, stretch.low) > 0.5 * stretch.length_mm
-        and _is_within(other.contour.corners, contour.corners)
-    ]
+    bores = [other for other in others if _goes_through(other, stretch)]
     faces = frozenset().union(stretch.faces, *(bore.faces for bore in bores))
     roots = frozenset().union(stretch.roots, *(bore.roots for bore in bores))
-    step = np.roll(contour.corners, -1, axis=0) - contour.corners
-    around = float(np.linalg.norm(step, axis=1).sum())
-    inner = sum(bore.contour.area_mm2 for bore in bores)
     radius_mm = _radius(graph, contour)
     area = contour.area_mm2 if radius_mm is None else np.pi * radius_mm**2
-    kind, thick = None, 2.0 * contour.area_mm2 / max(around, ON_MM)
-    if stretch.length_mm <= FLATTEST * np.sqrt(max(area - inner, 0.0)):  # flame-cut, with whatever outline
-        kind, thick = MemberKind.PLATE, stretch.length_mm
+    area -= sum(bore.contour.area_mm2 for bore in bores)
+    kind: MemberKind | None
+    rims: frozenset[int] = frozenset()
+    if stretch.length_mm <= FLATTEST * np.sqrt(max(area, 0.0)):  # flame-cut, with whatever outline
+        kind, thick, rims = MemberKind.PLATE, stretch.length_mm, stretch.faces
     elif radius_mm is not None:
         sides, thick = np.array([2.0 * radius_mm, 2.0 * radius_mm]), 2.0 * radius_mm
         kind = MemberKind.ROUND if stretch.length_mm > radius_mm and not bores else None
-    elif bores and not contour.roots:
-        thick = (area - inner) / around
-        middles = np.array([bore.contour.corners.mean(axis=0) for bore in bores])
-        is_tube = 0.0 < thick <= THIN_SECTION * sides[0] and bool((np.ptp(middles, axis=0) < thick).all())
-        kind = MemberKind.TUBE if is_tube and not (roots and _is_box(stretch, thick)) else None
-    elif not contour.roots:
-        thick = float(sides[0])
-        is_stout = max(stretch.length_mm, sides[1]) >= STOUT_MM[0] and thick <= STOUT_MM[1]
-        kind = MemberKind.BAR if is_stout or thick <= FLATTEST * np.sqrt(stretch.length_mm * sides[1]) else None
-    elif (
-        sides[1] >= max(SMALLEST_PROFILE_MM, thick / THIN_SECTION)
-        and thick <= THICKEST_PROFILE_MM
-        and _is_rolled(graph, stretch, others)
-    ):
-        kind = MemberKind.PROFILE
-    rims = stretch.faces if kind is MemberKind.PLATE else frozenset()
+    elif contour.roots:
+        kind, thick = _profile(graph, stretch, others)
+    elif bores:
+        kind, thick = _tube(stretch, bores, area, has_roots=bool(roots))
+    else:
+        kind, thick = _bar(stretch)
     return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots, rims)
+
+
+def _goes_through(bore: Prism, stretch: Prism) -> bool:
+    """Tell whether a stretch is a bore inside most of another one."""
+    both_mm = min(bore.high, stretch.high) - max(bore.low, stretch.low)
+    is_along = bore.contour.is_bore and bore.way is stretch.way and both_mm > 0.5 * stretch.length_mm
+    return is_along and _is_within(bore.contour.corners, stretch.contour.corners)
+
+
+def _around_mm(contour: Contour) -> float:
+    step = np.roll(contour.corners, -1, axis=0) - contour.corners
+    return float(np.linalg.norm(step, axis=1).sum())
+
+
+def _profile(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> tuple[MemberKind | None, float]:
+    """Return how thick a section with roots is on average, and whether it is one that is rolled."""
+    thick = 2.0 * stretch.contour.area_mm2 / max(_around_mm(stretch.contour), ON_MM)
+    is_size = stretch.sides_mm[1] >= max(SMALLEST_PROFILE_MM, thick / THIN_SECTION) and thick <= THICKEST_PROFILE_MM
+    return MemberKind.PROFILE if is_size and _is_rolled(graph, stretch, others) else None, thick
+
+
+def _tube(stretch: Prism, bores: list[Prism], area: float, *, has_roots: bool) -> tuple[MemberKind | None, float]:
+    """Return the wall of a hollow section of an area, mm², and whether it is that of a tube: its bores are one."""
+    thick = area / _around_mm(stretch.contour)
+    middles = np.array([bore.contour.corners.mean(axis=0) for bore in bores])
+    is_thin = 0.0 < thick <= THIN_SECTION * stretch.sides_mm[0] and bool((np.ptp(middles, axis=0) < thick).all())
+    return MemberKind.TUBE if is_thin and not (has_roots and _is_box(stretch, thick)) else None, thick
+
+
+def _bar(stretch: Prism) -> tuple[MemberKind | None, float]:
+    """Return the thickness of a full section, and whether it is that of a bar: stout, or flat."""
+    thick, wide = float(stretch.sides_mm[0]), stretch.sides_mm[1]
+    is_stout = max(stretch.length_mm, wide) >= STOUT_MM[0] and thick <= STOUT_MM[1]
+    return MemberKind.BAR if is_stout or thick <= FLATTEST * np.sqrt(stretch.length_mm * wide) else None, thick
 
 
 def _is_box(stretch: Prism, thick: float) -> bool:
@@ -403,23 +419,24 @@ def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> b
     """
     contour = stretch.contour
     pairs = np.array(sorted(contour.roots))
-    twice = int((np.bincount(pairs.ravel()) > 1).sum())  # the web of a channel is beside both roots
-    shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or 2 * twice >= len(pairs)
+    web = np.flatnonzero(np.bincount(pairs.ravel()) > 1)  # that of a channel is beside both roots
+    shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or 2 * len(web) >= len(pairs)
     if contour.sharp == 0:  # a T section is rolled if its toes are round, too
         faces = list(contour.faces)
         toes = (graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)
         return bool(shared or toes.any())
     if not (shared or (len(pairs) == 2 and _is_zed(graph, pairs)) or _looks_four_ways(graph, pairs)):
         return False
-    web = set(np.flatnonzero(np.bincount(pairs.ravel()) > 1).tolist())
-    beyond = 0.0
-    for other in others:
-        both = other.faces & stretch.faces
-        if other.way is stretch.way and other is not stretch and len(both) > 1:
-            outside = max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
-            most = COPED if both <= web else ENDS_TOGETHER
-            beyond = max(beyond, min(outside, other.length_mm) / most)
-    return beyond <= stretch.length_mm
+    return all(_ends_with(other, stretch, set(web.tolist())) for other in others if other is not stretch)
+
+
+def _ends_with(other: Prism, stretch: Prism, web: set[int]) -> bool:
+    """Tell whether sides that a stretch shares with another one, more than one, end where the stretch ends."""
+    both = other.faces & stretch.faces
+    if other.way is not stretch.way or len(both) < 2:
+        return True
+    outside = max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
+    return min(outside, other.length_mm) / (COPED if both <= web else ENDS_TOGETHER) <= stretch.length_mm
 
 
 def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
