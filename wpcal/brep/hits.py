@@ -11,7 +11,7 @@ from wpcal.brep.surface_rays import meet_rays
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 
 CHUNK = 5000  #: Rays handled in one array: some 50 MB at ten faces per ray.
 THIN_MM = 0.1  #: Boxes grow by this, so that a ray across a plane face has samples on both sides of the face.
@@ -22,7 +22,7 @@ PARALLEL = 1e-14  #: A leading coefficient below this is round-off: the ray runs
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RayHits:
+class RayHits(Columns):
     """Places where rays go through faces, sorted by ray, then by distance."""
 
     #: `ray`, `face`: shape (k,).
@@ -30,6 +30,10 @@ class RayHits:
     face: IntArray
     at_mm: FloatArray  #: shape (k,). Distance from the start of the ray.
     way: IntArray  #: shape (k,). +1 where the ray leaves the material of the face's solid, -1 where it enters it.
+
+    def in_order(self) -> RayHits:
+        """Return the places sorted."""
+        return self.select(np.lexsort((self.at_mm, self.ray)))
 
 
 def find_hits(
@@ -50,16 +54,11 @@ def find_hits(
     only = None if solid is None else np.broadcast_to(np.asarray(solid, dtype=np.int64), len(origins))
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
     found = []
-    for first in range(0, len(origins), CHUNK):
+    for first in range(0, max(len(origins), 1), CHUNK):
         own = slice(first, first + CHUNK)
         hits = _hits(graph, trimmed, origins[own], rays[own], length[own], None if only is None else only[own])
         found.append(RayHits(hits.ray + first, hits.face, hits.at_mm, hits.way))
-    none = np.zeros(0, dtype=np.int64)
-    found = found or [RayHits(none, none, np.zeros(0), none)]
-    names = ("ray", "face", "at_mm", "way")
-    ray, face, at, way = (np.concatenate([getattr(hits, name) for hits in found]) for name in names)
-    order = np.lexsort((at, ray))
-    return RayHits(ray[order], face[order], at[order], way[order])
+    return RayHits.joined(found).in_order()
 
 
 def _hits(

@@ -18,7 +18,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import Columns, FloatArray, IntArray
 
 NEWTON_ROUNDS = 12  #: Most steps of Newton's method, which squares the distance in each step; analytic surfaces need 5.
 SETTLED_MM = 1e-8
@@ -30,17 +30,13 @@ Feet: TypeAlias = "Callable[[IntArray, FloatArray], list[tuple[FloatArray, Float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MovedFaces:
+class MovedFaces(Columns):
     """Faces that are not where the model has them."""
 
     face: IntArray  #: shape (n,).
     #: `R`, `t`: shapes (n, 3, 3), (n, 3). From the model to where each face is, mm.
     R: FloatArray
     t: FloatArray
-
-    def select(self, rows: IntArray) -> MovedFaces:
-        """Return the faces at `rows`, of shape (k,)."""
-        return MovedFaces(self.face[rows], self.R[rows], self.t[rows])
 
     def feet(self, graph: BrepGraph, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the nearest points on the moved surfaces, and their outward normals there, shapes (n, 3)."""

@@ -14,7 +14,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import THIN_MM, RayHits, passage, through_faces
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 
 SAME_SIDE_MM = 1e-6  #: A box this near to a plane is not on one side of it: round-off of coordinates.
 GROUP_ROWS, GROUP_RAD = 8, 0.35
@@ -153,9 +153,7 @@ def find_hits_near(
     `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
     `length_mm`: shape (m,). Where the rays end.
     """
-    boxes = trimmed.patch_boxes
-    none = np.zeros(0, dtype=np.int64)
-    found = [(none, none, np.zeros(0), none)]
+    boxes, found = trimmed.patch_boxes, []
     o, d, low, high = (np.ascontiguousarray(values.T) for values in (origins, rays, boxes.low, boxes.high))
     chunk = np.cumsum(near.counts[group]) // PAIRS
     for rows in np.split(np.arange(len(group)), np.flatnonzero(np.diff(chunk)) + 1):
@@ -167,20 +165,18 @@ def find_hits_near(
         met = np.flatnonzero(leave > enter)
         ray, face, enter, leave = _joined(ray[met], boxes.face[box[met]], enter[met], leave[met])
         pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length_mm[ray], (enter, leave))
-        found.append((ray[pair], face[pair], at, way))
-    ray, face, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
-    order = np.lexsort((at, ray))
-    return RayHits(ray[order], face[order], at[order], way[order])
+        found.append(RayHits(ray[pair], face[pair], at, way))
+    return RayHits.joined(found).in_order()
 
 
 def _joined(
     ray: IntArray, face: IntArray, enter: FloatArray, leave: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Join intervals of one ray and one face that overlap, so that no crossing is found twice."""
+    if ((np.diff(ray) > 0) | ((np.diff(ray) == 0) & (np.diff(face) > 0))).all():
+        return ray, face, enter, leave
     order = np.lexsort((enter, face, ray))
     ray, face, enter, leave = ray[order], face[order], enter[order], leave[order]
-    if len(ray) == 0:
-        return ray, face, enter, leave
     number = np.cumsum(np.append(False, (np.diff(ray) != 0) | (np.diff(face) != 0)))
     base = number * (2.0 * float(leave.max()) + 1.0)
     until = np.maximum.accumulate(base + leave)
@@ -189,7 +185,7 @@ def _joined(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class NearBundles:
+class NearBundles(Columns):
     """Which faces bundles of rays may meet: neighbours of one owner are searched together."""
 
     near: NearFaces
@@ -229,19 +225,3 @@ class NearBundles:
         order = np.argsort(-hits.at_mm, kind="stable")  # the nearest of each bundle is written last
         found[rows[hits.ray[order] // k]] = hits.face[order]
         return found
-
-
-def first_faces(
-    trimmed: TrimmedFaces, owner: IntArray, origins: FloatArray, rays: FloatArray, length_mm: FloatArray
-) -> IntArray:
-    """Return the face that each bundle of rays meets first, or -1, shape (n,).
-
-    `owner`: shape (n,). What the bundles belong to, ascending: neighbours of one owner are searched together.
-    `origins`: shape (n, k, 3). Starts in `part`, mm.
-    `rays`: shape (n, 3) or (n, k, 3). Unit directions in `part`: one per bundle, or one per ray.
-    `length_mm`: shape (n,) or (n, k). Length of the rays.
-    """
-    each = np.broadcast_to(rays if rays.ndim == 3 else rays[:, None], origins.shape)
-    length = np.broadcast_to(length_mm if length_mm.ndim == 2 else length_mm[:, None], origins.shape[:2])
-    bundles = NearBundles.around(trimmed, owner, origins, origins + length[..., None] * each)
-    return bundles.first_faces(trimmed, origins, each, length)

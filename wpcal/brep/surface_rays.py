@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wpcal.brep.surface_cells import SurfaceCells
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 
 NEWTON_ROUNDS = 12
 """Most steps; from the middle of a cell, 5 were enough for all but rays that nearly touch the surface."""
@@ -23,17 +23,13 @@ SAME_MM = 1e-5  #: Crossings of one ray and one face in one direction that are t
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SurfaceHits:
+class SurfaceHits(Columns):
     """Crossings of rays and whole surfaces."""
 
     row: IntArray  #: shape (h,). The pair of a ray and a surface.
     at_mm: FloatArray  #: shape (h,). Distance from the start of the ray.
     uv: FloatArray  #: shape (h, 2).
     normal: FloatArray  #: shape (h, 3). du × dv, not of length 1.
-
-    def select(self, rows: IntArray | BoolArray) -> SurfaceHits:
-        """Return the crossings at `rows`: integers, or a mask of shape (h,)."""
-        return SurfaceHits(self.row[rows], self.at_mm[rows], self.uv[rows], self.normal[rows])
 
 
 def meet_rays(

@@ -1,8 +1,11 @@
-"""Arrays from outside: checked once, then read-only float64."""
+"""Arrays from outside: checked once, then read-only float64. Records whose arrays are columns."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from itertools import chain
+from typing import Any, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +15,39 @@ from wpcal.core.errors import InputError
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
+
+
+class Columns:
+    """A dataclass with n rows: its arrays, tuples and `Columns` are columns. All other fields belong to every row."""
+
+    __slots__ = ()
+
+    def select(self, rows: IntArray | BoolArray | slice) -> Self:
+        """Return the rows at `rows`: integers, a slice, or a mask of shape (n,)."""
+        found = {name: _picked(column, rows) for name, column in self._columns().items()}
+        return replace(self, **found)  # type: ignore[type-var]
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Return all rows of `parts`, of which there is at least one, in one."""
+        found = {name: _together([getattr(part, name) for part in parts]) for name in parts[0]._columns()}
+        return replace(parts[0], **found)  # type: ignore[type-var]
+
+    def _columns(self) -> dict[str, Any]:
+        values = {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
+        return {name: value for name, value in values.items() if isinstance(value, np.ndarray | tuple | Columns)}
+
+
+def _picked(column: Any, rows: IntArray | BoolArray | slice) -> Any:
+    if isinstance(column, tuple):
+        return tuple(column[row] for row in np.arange(len(column))[rows].tolist())
+    return column.select(rows) if isinstance(column, Columns) else column[rows]
+
+
+def _together(columns: list[Any]) -> Any:
+    if isinstance(columns[0], tuple):
+        return tuple(chain(*columns))
+    return columns[0].joined(columns) if isinstance(columns[0], Columns) else np.concatenate(columns)
 
 
 def frozen(values: ArrayLike) -> FloatArray:

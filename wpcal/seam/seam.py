@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.core.same_bits import poses, product
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam_edit import Candidate, SeamEdit
@@ -64,7 +64,7 @@ class SeamSource(Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SeamPieces:
+class SeamPieces(Columns):
     """k pieces of edges along which two faces can be welded."""
 
     edge: IntArray  #: shape (k,).
@@ -77,12 +77,6 @@ class SeamPieces:
 
     def __len__(self) -> int:
         return len(self.edge)
-
-    def select(self, rows: IntArray | BoolArray) -> SeamPieces:
-        """Return the pieces at `rows`: integers, or a mask of shape (k,)."""
-        return SeamPieces(
-            self.edge[rows], self.t0[rows], self.t1[rows], self.wall[rows], self.base[rows], self.gap_mm[rows]
-        )
 
     def reversed_where(self, flip: BoolArray) -> SeamPieces:
         """Return the same pieces, reversed where `flip` is true; shape (k,)."""
@@ -99,15 +93,9 @@ class SeamPieces:
         rows, t = np.zeros(0, dtype=np.int64), np.zeros(0)
         return SeamPieces(rows, t, t, rows, rows, np.zeros((0, 3)))
 
-    @staticmethod
-    def joined(parts: list[SeamPieces]) -> SeamPieces:
-        """Return all pieces of `parts` in one."""
-        names = ("edge", "t0", "t1", "wall", "base", "gap_mm")
-        return SeamPieces(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SeamFrames:
+class SeamFrames(Columns):
     """The frames along a seam (DESIGN §3): x travel, z out of the joint, y = z × x."""
 
     s_mm: FloatArray  #: shape (n,). Arc length from the start.
@@ -139,22 +127,6 @@ class SeamFrames:
         from scipy.spatial.transform import Slerp
 
         return np.asarray(Slerp(self.s_mm, self.rotations)(np.clip(s_mm, self.s_mm[0], self.s_mm[-1])).as_matrix())
-
-    def rows(self, first: int, end: int) -> SeamFrames:
-        """Return the frames from `first` to before `end`."""
-        own = slice(first, end)
-        return SeamFrames(self.s_mm[own], self.p[own], self.R[own], self.angle_rad[own], self.frame)
-
-    def select(self, rows: IntArray | BoolArray) -> SeamFrames:
-        """Return the frames at `rows`: integers, or a mask of shape (n,)."""
-        return SeamFrames(self.s_mm[rows], self.p[rows], self.R[rows], self.angle_rad[rows], self.frame)
-
-    @staticmethod
-    def joined(parts: Sequence[SeamFrames]) -> SeamFrames:
-        """Return all frames of `parts` in one: at least one part, all in the same coordinates."""
-        columns = [[part.s_mm, part.p, part.R, part.angle_rad] for part in parts]
-        s_mm, p, R, angle_rad = (np.concatenate(column) for column in zip(*columns, strict=True))
-        return SeamFrames(s_mm, p, R, angle_rad, parts[0].frame)
 
     def moved(self, transform: RigidTransform) -> SeamFrames:
         """Return the frames in the target frame of `transform`."""

@@ -234,7 +234,7 @@ def _overlapped(seam: Seam, u95_mm: FloatArray | None, mm: float) -> tuple[Seam,
     if mm >= seam.length_mm:
         raise InputError(f"overlap_mm = {mm:g}: {seam.name} is a ring of {seam.length_mm:.0f} mm")
     again, u95_again = runs_of_seam(seam, 0.0, mm, u95_mm)
-    on = again.frames.rows(1, len(again.frames))
+    on = again.frames.select(slice(1, None))
     frames = SeamFrames.joined([seam.frames, replace(on, s_mm=on.s_mm + seam.frames.s_mm[-1])])
     lean, spin, u95 = (
         None if first is None or more is None else np.concatenate([first, more[1:]])

@@ -5,7 +5,7 @@ import pytest
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep.hits import find_hits
-from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_faces, first_of_groups
+from wpcal.brep.near_groups import NearBundles, find_hits_near, find_near_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 
@@ -36,10 +36,10 @@ def test_groups_lose_no_hit_and_add_none(name: str) -> None:
     found = find_hits_near(trimmed, near, group, p0, rays, length_mm=far)
     alone = find_hits(graph, trimmed, p0, rays, length_mm=far)
     assert len(alone.ray) > 100
-    np.testing.assert_array_equal(found.ray, alone.ray)
-    np.testing.assert_array_equal(found.way, alone.way)
+    np.testing.assert_array_equal([found.ray, found.way], [alone.ray, alone.way])
     np.testing.assert_allclose(found.at_mm, alone.at_mm, rtol=0, atol=ROUND_OFF_MM)
-    blocked = first_faces(trimmed, owner, origins, way, length) >= 0
+    bundled = NearBundles(near, group[::5])
+    blocked = bundled.first_faces(trimmed, origins, rays.reshape(-1, 5, 3), far.reshape(-1, 5)) >= 0
     np.testing.assert_array_equal(np.flatnonzero(blocked), np.unique(alone.ray // 5))
 
 

@@ -107,7 +107,7 @@ def test_no_accepted_frame_is_in_material_with_tip_or_wire(name: str) -> None:
     graph = saved_graph(name)
     material = ExactMaterial(graph, TrimmedFaces.of(graph))
     for seam in saved_seams(name):
-        inner = seam.frames.rows(1, -1)  # the ends may lie on the faces of the solid that ends them
+        inner = seam.frames.select(slice(1, -1))  # the ends may lie on the faces of the solid that ends them
         found = find_poses_in_material(material, inner.p, inner.R[:, :, 2])
         parts = {part for row, part in zip(found.row.tolist(), found.part, strict=True)}
         if seam.accepted:

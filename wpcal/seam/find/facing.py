@@ -9,7 +9,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
 
 OPPOSED = -1.0 + 1e-6
@@ -22,7 +22,7 @@ LEAST_SHARE = 0.25  #: Share of the boundary of one of two planes that lies oppo
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FacingFaces:
+class FacingFaces(Columns):
     """Pairs of faces of different solids."""
 
     #: `first`, `second`: shape (k,). Faces.
@@ -32,10 +32,6 @@ class FacingFaces:
     #: shape (k,). Which share of the boundary of one of them lies opposite the other one, the larger of the two; 1 for
     #: cylinders.
     share: FloatArray
-
-    def select(self, rows: IntArray | BoolArray) -> FacingFaces:
-        """Return the pairs at `rows`: integers, or a mask of shape (k,)."""
-        return FacingFaces(self.first[rows], self.second[rows], self.gap_mm[rows], self.share[rows])
 
 
 def find_facing(

@@ -19,7 +19,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.find.contact import find_runs
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_groove_roots, pipe_ranges
@@ -47,7 +47,7 @@ CHUNK = 20_000  #: Points compared in one array: about 20 MB.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Grooves:
+class Grooves(Columns):
     """Stretches of grooves: pairs of faces, and from where to where along the rounded face."""
 
     pairs: FacePairs  #: n pairs.
@@ -56,15 +56,6 @@ class Grooves:
     s1: FloatArray
     closed: BoolArray  #: shape (n,). Whether the stretch goes once round a torus.
     ball_mm: FloatArray  #: shape (n,). Radius of the ball that touches both faces.
-
-    @staticmethod
-    def joined(parts: list[Grooves]) -> Grooves:
-        """Return all stretches of `parts` in one."""
-        pipe, other, side = (
-            np.concatenate([getattr(part.pairs, name) for part in parts]) for name in FacePairs.__slots__
-        )
-        columns = [np.concatenate([getattr(part, name) for part in parts]) for name in Grooves.__slots__[1:]]
-        return Grooves(FacePairs(pipe, other, side), *columns)
 
 
 NO_GROOVES = Grooves(

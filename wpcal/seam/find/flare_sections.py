@@ -10,7 +10,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.surfaces import project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 
 LEAST_SIN = 1e-3  #: Two faces nearer to parallel than this sine under the ball have no groove.
 WIDE_HOLE = 2.0
@@ -21,7 +21,7 @@ OTHERS = (SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FacePairs:
+class FacePairs(Columns):
     """Pairs of a rounded face and a face of another solid, each with one side of the root."""
 
     #: `pipe`, `other`: shape (k,). The rounded face, and the other face.
@@ -33,10 +33,6 @@ class FacePairs:
 
     def __len__(self) -> int:
         return len(self.pipe)
-
-    def select(self, rows: IntArray | BoolArray) -> FacePairs:
-        """Return the pairs at `rows`: integers, or a mask of shape (k,)."""
-        return FacePairs(self.pipe[rows], self.other[rows], self.side[rows])
 
     def is_ring(self, graph: BrepGraph) -> BoolArray:
         """Tell which rounded faces are tori; shape (k,)."""

@@ -10,7 +10,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.seam.find.changes import without_small_changes
 from wpcal.seam.find.contact import EdgeContacts
 from wpcal.seam.find.sides import (
@@ -36,7 +36,7 @@ EXTENT_SAMPLES = 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JoinedPieces:
+class JoinedPieces(Columns):
     """Pieces of seams with the words for their joints."""
 
     pieces: SeamPieces
@@ -46,15 +46,7 @@ class JoinedPieces:
     @classmethod
     def together(cls, parts: Iterable[JoinedPieces]) -> JoinedPieces:
         """Return the pieces of all parts, in their order."""
-        own = list(parts)
-        pieces = SeamPieces.joined([SeamPieces.none(), *(part.pieces for part in own)])
-        joint, weld = ([word for part in own for word in getattr(part, name)] for name in ("joint", "weld"))
-        return cls(pieces, tuple(joint), tuple(weld))
-
-    def select(self, rows: IntArray) -> JoinedPieces:
-        """Return the pieces at `rows`, shape (m,)."""
-        joint, weld = tuple(self.joint[i] for i in rows), tuple(self.weld[i] for i in rows)
-        return JoinedPieces(self.pieces.select(rows), joint, weld)
+        return cls.joined([cls(SeamPieces.none(), (), ()), *parts])
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.seam.find.contact import CHUNK, EdgeContacts
 from wpcal.seam.limits import OPPOSED_COS
 
@@ -44,7 +44,7 @@ CONTINUES = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sides:
+class Sides(Columns):
     """What meets at places on contacts."""
 
     contact: IntArray  #: shape (m,). Row of the contact.
@@ -64,10 +64,6 @@ class Sides:
     #: joint.
     has_wall: BoolArray
     continues: BoolArray  #: shape (m,). Whether the touched face goes on in front of the wall.
-
-    def select(self, rows: IntArray | BoolArray) -> Sides:
-        """Return the places at `rows`: integers, or a mask of shape (m,)."""
-        return Sides(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
     @property
     def side_by_side(self) -> BoolArray:
@@ -246,7 +242,7 @@ def is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: Float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stretches:
+class Stretches(Columns):
     """Parts of contacts along which the weld lies on one side."""
 
     #: `t0`, `t1`: shape (k,). Parameters on the edges, t0 < t1.
@@ -254,10 +250,6 @@ class Stretches:
     t1: FloatArray
     at: Sides  #: What meets at one place of each part, near its middle.
     is_cut: BoolArray  #: shape (k,). Whether the contact of a part has other parts.
-
-    def select(self, rows: IntArray | BoolArray) -> Stretches:
-        """Return the parts at `rows`: integers, or a mask of shape (k,)."""
-        return Stretches(self.t0[rows], self.t1[rows], self.at.select(rows), self.is_cut[rows])
 
 
 def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContacts, *, gap_mm: float) -> Stretches:

@@ -15,7 +15,7 @@ from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_of_groups
 from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import Columns, FloatArray, IntArray
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.path.cut import parameters_at, points_at, spans_of
 from wpcal.seam.seam import Seam, SeamFrames
@@ -89,16 +89,13 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Crossings:
+class _Crossings(Columns):
     """Places where points of the wire go through faces: seam, face, arc length, and how far out of the joint."""
 
     seam: IntArray
     face: IntArray
     s_mm: FloatArray
     out_mm: FloatArray
-
-    def select(self, rows: slice | BoolArray) -> _Crossings:
-        return _Crossings(self.seam[rows], self.face[rows], self.s_mm[rows], self.out_mm[rows])
 
     def near(self, s_mm: float) -> _Crossings:
         return self.select(np.abs(self.s_mm - s_mm) <= SAME_PLACE_MM)
@@ -148,8 +145,7 @@ def _path(frames: SeamFrames) -> SeamFrames:
     off = frames.p - frames.p[0] - frames.s_mm[:, None] * x
     if np.abs(off).max() > STRAIGHT_MM or np.abs(frames.R - frames.R[0]).max() > STRAIGHT_MM:
         return frames
-    ends = [0, -1]
-    return SeamFrames(frames.s_mm[ends], frames.p[ends], frames.R[ends], frames.angle_rad[ends], frames.frame)
+    return frames.select(np.array([0, -1]))
 
 
 def _bounds(seam: Seam, s_mm: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
+from wpcal.brep.near_groups import NearBundles, find_near_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import edge_distances, tube_frames
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -59,38 +59,41 @@ def neck_faces(graph: BrepGraph, trimmed: TrimmedFaces, owner: IntArray, necks: 
     frames = torch_axes(necks.back, necks.bend)
     for tube, mouth, goes in necks.steps():
         rows = np.flatnonzero((found < 0) & goes)
-        if len(rows) == 0:
+        start, along, end = place_tube(tube, mouth[rows], necks.back[rows], necks.bend[rows])
+        begin, until = start[:, None], (start + end * along)[:, None]
+        widest_mm = (tube.radius_mm + wider_mm + ROUND_MM) / math.cos(math.pi / FEWEST)
+        near = NearBundles.around(trimmed, owner[rows], begin, until, within_mm=widest_mm)
+        kept = np.flatnonzero(near.near.counts[near.group])
+        if len(kept) == 0:  # most of a neck is in the open
             continue
+        rows, near = rows[kept], near.select(kept)
         origins, rays, lengths = _lines(tube, wider_mm)
         at = np.einsum("nij,kj->nki", frames[rows], origins) + mouth[rows, None]
         way = np.einsum("nij,kj->nki", frames[rows], rays)
-        length = np.broadcast_to(lengths, way.shape[:2])
-        found[rows] = first_faces(trimmed, owner[rows], at, way, length)
-        rows = rows[found[rows] < 0]
-        *axis, end = place_tube(tube, mouth[rows], necks.back[rows], necks.bend[rows])
-        ends = np.full(len(rows), -wider_mm), np.full(len(rows), end + wider_mm)
-        found[rows] = edges_in_tubes(graph, trimmed, owner[rows], axis, ends, tube.radius_mm + wider_mm)
+        found[rows] = near.first_faces(trimmed, at, way, np.broadcast_to(lengths, way.shape[:2]))
+        left = np.flatnonzero(found[rows] < 0)
+        axis, far = (start[kept[left]], along[kept[left]]), np.full(len(left), end + wider_mm)
+        found[rows[left]] = edges_in_tubes(
+            trimmed, near.select(left), axis, (np.full(len(left), -wider_mm), far), tube.radius_mm + wider_mm
+        )
     return found
 
 
 def edges_in_tubes(
-    graph: BrepGraph,
     trimmed: TrimmedFaces,
-    owner: IntArray,
+    bundles: NearBundles,
     axis: Sequence[FloatArray],
     ends_mm: tuple[FloatArray, FloatArray],
     radius_mm: float,
 ) -> IntArray:
     """Return a face with an edge inside each of n tubes, or -1: corners that reach in between two lines.
 
-    `owner`: shape (n,). Ascending.
+    `bundles`: The faces near the tubes.
     `axis`: shapes (n, 3). Places and unit directions in `part`; a tube leads from one to the other of `ends_mm`.
     """
-    (p, way), (low, high) = axis, ends_mm
-    first = first_of_groups(owner, way)
+    (p, way), (low, high), graph = axis, ends_mm, trimmed.graph
     begin, end = (p + at[:, None] * way for at in (low, high))
-    near = find_near_faces(graph, trimmed, begin, end, first, within_mm=radius_mm)
-    row, box = near.pairs(np.repeat(np.arange(len(first)), np.diff(first, append=len(p))))
+    row, box = bundles.near.pairs(bundles.group)
     least, most = np.minimum(begin, end) - radius_mm, np.maximum(begin, end) + radius_mm
     boxes = trimmed.patch_boxes
     own = np.flatnonzero(((boxes.low[box] <= most[row]) & (boxes.high[box] >= least[row])).all(axis=1))

@@ -8,16 +8,16 @@ mouth find a wall along the torch that is longer than the torch. Programs are ch
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
-from wpcal.brep.near_groups import NearBundles, find_near_faces, first_faces, first_of_groups
+from wpcal.brep.near_groups import NearBundles, find_near_faces, first_of_groups
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import NEAR_ROOT_MM, TOUCH_MM, WIRE_RADIUS_MM, Necks
 from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, edges_in_tubes, neck_faces
@@ -36,7 +36,7 @@ POCKET_STEP_MM = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FeltPoses:
+class FeltPoses(Columns):
     """n poses of a torch along seams."""
 
     torch: TorchShape
@@ -51,11 +51,6 @@ class FeltPoses:
 
     def __len__(self) -> int:
         return len(self.p)
-
-    def select(self, rows: IntArray | BoolArray | slice) -> FeltPoses:
-        """Return the poses at `rows`: integers, a slice, or a mask of shape (n,)."""
-        columns = {one.name: getattr(self, one.name)[rows] for one in fields(self) if one.name != "torch"}
-        return FeltPoses(self.torch, **columns)
 
     @property
     def mouth_mm(self) -> FloatArray:
@@ -111,12 +106,12 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is
     face[rows] = near.first_faces(trimmed, *_first_lines(left, rim, is_between=is_between))
     if not is_between:  # most of what is in the way is met by the first few lines
         more = np.flatnonzero(face[rows] < 0)
-        near = replace(near, group=near.group[more])
-        face[rows[more]] = near.first_faces(trimmed, *_other_lines(left.select(more), rim[more]))
+        face[rows[more]] = near.select(more).first_faces(trimmed, *_other_lines(left.select(more), rim[more]))
+    near = near.select(face[rows] < 0)
     rows = np.flatnonzero(face < 0)
     own = poses.select(rows)
     ends, radius = (own.mouth_mm + own.torch.taper_mm, own.end_mm), own.torch.nozzle_radius_mm - TOUCH_MM
-    face[rows] = edges_in_tubes(graph, trimmed, own.owner, (own.p, own.back), ends, radius)
+    face[rows] = edges_in_tubes(trimmed, near, (own.p, own.back), ends, radius)
     if not is_between:
         rows = np.flatnonzero(face < 0)
         face[rows] = _pocket_faces(graph, trimmed, poses.select(rows))
@@ -210,8 +205,9 @@ def _nearest_beside(
     n, k = len(poses), len(radii)
     start = (poses.p + poses.start_mm[:, None] * poses.back)[:, None] + radii[:, None] * way[:, None]
     each = poses.select(np.repeat(np.arange(n), k))
-    lines = start.reshape(-1, 1, 3)
-    met = first_faces(trimmed, each.owner, lines, each.back, each.mouth_mm - each.start_mm)
+    lines, back, far = start.reshape(-1, 1, 3), each.back[:, None], (each.mouth_mm - each.start_mm)[:, None]
+    near = NearBundles.around(trimmed, each.owner, lines, lines + far[..., None] * back)
+    met = near.first_faces(trimmed, lines, back, far)
     met = np.where((met >= 0) & _is_wide_round(graph, poses.torch.mouth_mm)[met], -1, met).reshape(n, k)
     nearest = (met >= 0).argmax(axis=1) if n else np.zeros(0, dtype=np.int64)
     face = met[np.arange(n), nearest]

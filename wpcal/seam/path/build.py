@@ -105,7 +105,7 @@ def measured(
     stations = discretise(graph, runs, options.steps)
     stations, frames = limit_turn(graph, runs.pieces, stations, options.steps.turn_rad)
     stations, frames = turn_corners(graph, runs, stations, frames)
-    own = [frames.rows(*ends) for ends in pairwise(stations.start.tolist())]
+    own = [frames.select(slice(*ends)) for ends in pairwise(stations.start.tolist())]
     looped = [_closed(rows) if loop else rows for rows, loop in zip(own, closed.tolist(), strict=True)]
     return looped, run_lengths(graph, runs), closed
 

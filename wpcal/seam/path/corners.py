@@ -88,7 +88,7 @@ def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamF
     for number, (first, end) in enumerate(pairwise(stations.start.tolist())):
         rows = slice(first, end)
         own = Stations(np.array([0, end - first]), stations.piece[rows], stations.t[rows], stations.s_mm[rows])
-        of_own = frames.rows(first, end)
+        of_own = frames.select(slice(first, end))
         if number in bent:
             own, of_own = _turned(graph, runs, number, own, of_own)
         piece.append(own.piece)

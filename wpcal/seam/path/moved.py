@@ -112,7 +112,7 @@ class StillSeams:
         columns = (*self.bodies, *n_now, x_each[0], is_met, gap)
         found = []
         for seam, own in zip(self.seams, self._own_frames(), strict=True):
-            moved_seam = _with_frames(seam, frames.rows(own.start, own.stop), self.piece[own], gap[own])
+            moved_seam = _with_frames(seam, frames.select(own), self.piece[own], gap[own])
             found.append(MovedSeam(moved_seam, *(column[own] for column in columns)))
         return found
 
