@@ -69,7 +69,7 @@ def mesh_part(
 ) -> tuple[bytes | None, tuple[Issue, ...]]:
     """Return ``part.glb`` of the solids of a STEP file.
 
-    `copies`: As of `tessellate`.
+    `copies`: Solid, and way of shape (3,), by number, as `tessellate` takes them.
     Returns `part_glb`: None when the kernel fails or no face can be meshed. A calibration does not need the picture.
     Returns `issues`: tuple of Issue. What is missing in the picture.
     """

@@ -36,8 +36,7 @@ STRAIGHT = 0.1  #: A wire within 6 degrees of the normal or of the face is held 
 def best_classical(part: TouchPart, options: TouchOptions) -> list[Search]:
     """Return the best 3-2-1 with the wire held straight."""
     options = replace(options, touches=6, pattern=Pattern.THREE_TWO_ONE)
-    up = np.array([0.0, 0.0, 1.0])
-    place = PartPlace.of(part.trimmed, up)
+    place = PartPlace.of(part.trimmed, np.array([0.0, 0.0, 1.0]))
     materials = [ExactMaterial(part.graph, part.trimmed)]
     found = find_searches(part.graph, part.trimmed, materials, place, options, no_progress)
     cos = found.strokes.contacts.cos_angle

@@ -10,6 +10,7 @@ from cad.kernel import tessellate as module
 from cad.kernel.tessellate import ANGLE_RAD, mesh_part, tessellate
 from cad.samples.parts import box, cut, cylinder
 from cad.step.read import read_step
+from cad.workpiece.step_file import StepFile, draw_part
 from wpcal.brep.mesh import FINEST_MM, SolidMesh, vertex_normals
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.arrays import FloatArray
@@ -87,8 +88,8 @@ def test_instances_of_an_assembly_stand_where_they_belong(shared_step: Path) -> 
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
-    part = read_step(shared_step / "as1-oc-214.stp")
-    mesh = tessellate((solid.name, solid.shape, solid.color_rgb) for solid in part.solids)
+    file = StepFile.open(shared_step / "as1-oc-214.stp")  # of which several are copies, meshed once
+    part, mesh = file.step, read_part_glb(draw_part(file)[0] or b"")
     for found, solid in zip(mesh.solids, part.solids, strict=True):
         limits = Bnd_Box()
         BRepBndLib.AddOptimal_s(solid.shape, limits, False, False)
