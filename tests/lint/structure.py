@@ -13,14 +13,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_956,
+    "lines of wpcal and cad": 121_952,
     "lines of tests": 63_556,
     "rooms": 21,
     "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
     "functions with more than 6 parameters": 53,
-    "functions with more than 10 branches, per thousand": 26,
+    "functions with more than 10 branches, per thousand": 25,
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)
 

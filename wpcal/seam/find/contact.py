@@ -12,7 +12,7 @@ from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
@@ -30,7 +30,7 @@ Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EdgeContacts:
+class EdgeContacts(Columns):
     """Intervals of edges that lie on faces of other solids."""
 
     #: `edge`, `face`: shape (k,).
@@ -43,11 +43,6 @@ class EdgeContacts:
     #: shape (k,). The face of the member that is the wall, where the members touch along a line only. By default the
     #: wall is the face that is not opposed to the touched one.
     wall: IntArray | None = None
-
-    def select(self, rows: IntArray | BoolArray) -> EdgeContacts:
-        """Return the contacts at `rows`: integers, or a mask of shape (k,)."""
-        wall = None if self.wall is None else self.wall[rows]
-        return EdgeContacts(self.edge[rows], self.face[rows], self.t0[rows], self.t1[rows], self.gap_mm[rows], wall)
 
 
 def find_edge_contacts(

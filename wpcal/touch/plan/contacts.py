@@ -8,7 +8,7 @@ face. At 90° its side would lie along the face. Below that the rim of its end m
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.touch.plan.options import NominalError, TouchOptions, displacement_mm
 from wpcal.touch.plan.part import PartPlace
 
@@ -45,7 +45,7 @@ WORDS = {SurfaceKind.PLANE: "plane", SurfaceKind.SPHERE: "sphere"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TouchPlaces:
+class TouchPlaces(Columns):
     """n places to touch with a way to hold the wire; all in `part`."""
 
     face: IntArray  #: shape (n,).
@@ -62,10 +62,6 @@ class TouchPlaces:
 
     def __len__(self) -> int:
         return len(self.face)
-
-    def select(self, rows: IntArray | BoolArray) -> TouchPlaces:
-        """Return the contacts at `rows`: integers, or a mask of shape (n,)."""
-        return TouchPlaces(*(getattr(self, one.name)[rows] for one in fields(self)))
 
     @property
     def cos_angle(self) -> FloatArray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.material import Material
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan.contacts import BORDER_MM, TouchPlaces, surface_labels
 from wpcal.touch.plan.options import TouchOptions
@@ -36,7 +36,7 @@ BIN_MM = 2.0  #: Displacements are rounded up to this, so that many poses are co
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Strokes:
+class Strokes(Columns):
     """n contacts with their searches."""
 
     contacts: TouchPlaces
@@ -48,11 +48,6 @@ class Strokes:
 
     def __len__(self) -> int:
         return len(self.contacts)
-
-    def select(self, rows: IntArray | BoolArray) -> Strokes:
-        """Return the strokes at `rows`: integers, or a mask of shape (n,)."""
-        others = (getattr(self, one.name)[rows] for one in fields(self) if one.name != "contacts")
-        return Strokes(self.contacts.select(rows), *others)
 
     def at(self, mm: FloatArray | float) -> FloatArray:
         """Return places of the tool centre point on the way of the search, shape (n, 3).
