@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.running import FINISHED, run_here
 from tests.samples.plates import write_part
 from wpcal.brep.material import TriangleMaterial
@@ -21,8 +22,8 @@ WELDED = 0.9  #: Share of the accepted length that is welded at least.
 
 
 @pytest.mark.parametrize(
-    "name", ["t_joint", *(pytest.param(each, marks=pytest.mark.deep) for each in ("saddle", "bracket", "box_frame"))]
-)
+    "name", few(["t_joint", "saddle", "bracket", "box_frame"], 0)
+)  # `test_second_judge` at each push
 def test_the_wire_stays_out_of_the_part_between_welds(name: str, tmp_path: Path) -> None:
     from tests.real_cells import RealCell
     from tests.wire_judge import wire_in_the_air

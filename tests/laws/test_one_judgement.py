@@ -10,7 +10,7 @@ from tests.running import kernel_work_here
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared"
-OURS = few(["saddle/saddle", "tee/tee", "frame/frame", "lap/lap", "uprights/uprights"], 1)
+OURS = few(["tee/tee", "saddle/saddle", "frame/frame", "lap/lap", "uprights/uprights"], 1)
 SHARED_PARTS = (
     "step/box_sides.STEP",
     "step/as1-oc-214.stp",

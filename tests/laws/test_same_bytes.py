@@ -49,6 +49,7 @@ def test_two_runs_write_the_same_bytes(name: str, tmp_path: Path) -> None:
     assert first == second
 
 
+@pytest.mark.deep
 def test_two_runs_draw_the_same_dxf(tmp_path: Path) -> None:
     part = str(FIXTURES / "tee" / "tee.step")
     drawn = []

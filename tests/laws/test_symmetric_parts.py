@@ -82,7 +82,7 @@ def assert_same_places(pairs: PointPairs, fit, within_mm: float = SAME_PLACE_MM)
         np.testing.assert_allclose(place, expected, rtol=0, atol=within_mm)
 
 
-@pytest.mark.parametrize("slip", few(["exchanged", "mirrored", "shifted", "none", "mixed"], 3))
+@pytest.mark.parametrize("slip", few(["exchanged", "mirrored", "shifted", "none", "mixed"], 2))
 @pytest.mark.parametrize("part", few(sorted(PARTS, key=lambda part: len(PARTS[part])), 6))
 def test_a_symmetric_part_has_one_answer(part: str, slip: str) -> None:
     pairs = taught(part, slip, 0.0)

@@ -59,7 +59,7 @@ def is_seldom_wrong(found):
     return max(found.study.passed_outside, found.study.failed_inside) <= MOST_WRONG * found.study.trials
 
 
-@pytest.mark.parametrize(("n", "field"), few([(6, (0.3, 300.0)), (12, (0.5, 1000.0))], 1))
+@pytest.mark.parametrize(("n", "field"), few([(6, (0.3, 300.0)), (12, (0.5, 1000.0))], 0))
 def test_a_stated_field_gives_the_band_its_share(n, field):
     found = field_study("frame", n, RobotField(*field), stated="all", trials=600)
     assert COVERED[0] <= found.study.covered <= COVERED[1]
@@ -85,7 +85,7 @@ def test_heavy_tails_and_a_scale_do_not_break_the_band(options):
     assert is_seldom_wrong(found)
 
 
-@pytest.mark.parametrize(("n", "tilt_deg"), few([(8, 45.0), (12, 25.0), (6, 10.0), (4, 25.0)], 2))
+@pytest.mark.parametrize(("n", "tilt_deg"), few([(8, 45.0), (12, 25.0), (6, 10.0), (4, 25.0)], 1))
 def test_a_tool_within_its_stated_error_is_in_the_band_and_no_alarm(n, tilt_deg):
     found = tool_study("saddle", n, ToolError(0.1, 0.5), tilt_deg=tilt_deg, trials=150)
     assert LEAST_COVERED <= found.covered < 0.99  # all points of a trial share one error: 95 % of 150 is ± 1.8 %

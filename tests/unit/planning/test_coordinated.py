@@ -1,7 +1,5 @@
 """Programs of two robots in coordinated motion, read from their text by `tests.coordinated_programs`."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 
