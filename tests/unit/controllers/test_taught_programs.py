@@ -25,9 +25,9 @@ TAUGHT = {
   LOCAL CONST robtarget P1 := [[10,20,30],[1,0,0,0],
       [0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   CONST robtarget P2:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]];
-  PROC teach()
+  PROC MoveAlong()
     MoveL P1,v100,fine,tTorch\\WObj:=Fixture; ! turned 90 degrees about z
-    MoveL P2,v100,fine,tTorch;
+    MoveOn: MoveL P2,v100,fine,tTorch;
   ENDPROC
 ENDMODULE
 """,

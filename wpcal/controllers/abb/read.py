@@ -149,8 +149,8 @@ def _find_uses(statements: Iterable[Tokens]) -> dict[str, _Uses]:
     """Find the work objects and tools of every name that is in the place of a target in a Move."""
     uses: dict[str, _Uses] = {}
     for tokens, _ in statements:
-        move = next((at for at, token in enumerate(tokens) if MOVE.fullmatch(token)), None)
-        if move is None:
+        moves = (at for at, one in enumerate(tokens[:-1]) if MOVE.fullmatch(one) and tokens[at + 1] not in {"(", ":"})
+        if (move := next(moves, None)) is None:
             continue
         arguments, options = instruction(tokens[move + 1 :])
         *targets, tool = arguments or [[]]
