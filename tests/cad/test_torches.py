@@ -7,13 +7,18 @@ import numpy as np
 import pytest
 
 from cad.kernel.primitives import box, prism
+from cad.kernel.tessellate import tessellate
 from cad.kernel.to_brep import to_brep
 from tests.few import few
+from tests.samples.bench_bracket import bench_bracket
+from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import FloatArray
+from wpcal.robot.torch.attitude import TorchSettings, tool_rotations
 from wpcal.robot.torch.file import find_torch
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.judge.leans import back_directions
+from wpcal.seam.judge.reach import find_in_ways
 from wpcal.seam.judge.torch_neck import bend_directions
 from wpcal.seam.options import Reach
 
@@ -90,6 +95,21 @@ def test_no_point_of_the_whole_torch_is_in_material_along_accepted_seams(name: s
     spin = np.zeros(len(corner.frames)) if corner.spin_rad is None else corner.spin_rad
     turned = [replace(corner, spin_rad=spin + turn) for turn in (np.pi / 2, np.pi, -np.pi / 2)]
     assert any(in_boxes(points_of(find_torch(name), seam, rng)).any() for seam in turned)
+
+
+@pytest.mark.parametrize("name", few(["robot-22", "robot-36", "machine", "robot-45-slim"], 1))
+def test_what_a_conical_nozzle_reaches_is_free_of_triangles_too(name: str) -> None:
+    """The bracket of the benchmark has corners of 45 to 90 degrees between three plates, where the cone counts."""
+    torch, bodies = find_torch(name), bench_bracket()
+    seams = detect_seams(to_brep([(name, shape) for name, shape, _ in bodies]), SeamOptions(reach=Reach(torch)))
+    accepted = [seam for seam in seams if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) > 2000.0
+    ways = [
+        (seam, seam.frames.p, tool_rotations(seam.frames.R, TorchSettings(), seam.lean_rad, seam.spin_rad))
+        for seam in accepted
+    ]
+    found = find_in_ways(TriangleMaterial.of(tessellate(bodies)), ways, torch)
+    assert not any(found), [seam.name for seam, places in zip(accepted, found, strict=True) if places]
 
 
 def test_ranges_bound_how_the_torch_leans_and_turns() -> None:

@@ -16,7 +16,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import CHUNK, find_hits, passage
 from wpcal.brep.mesh import PartMesh
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.brep.tubes import tube_lines, tube_triangles
+from wpcal.brep.tubes import Radius, tube_lines, tube_triangles
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 
@@ -57,9 +57,9 @@ class Material(Protocol):
         """
 
     def tube_solids(
-        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
+        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: Radius
     ) -> IntArray:
-        """Find the solid that each straight tube meets first, from its axis outwards or along its lines.
+        """Find the solid that each straight tube or cone meets first, from its axis outwards or along its lines.
 
         `tips`: shape (n, 3). Points on the axes, in the frame of the solids, mm.
         `back`: shape (n, 3). Unit vectors along the axes.
@@ -95,17 +95,24 @@ class ExactMaterial:
         return SolidHits(found.ray, self.graph.face_solid[found.face], found.at_mm, found.way)
 
     def tube_solids(
-        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
+        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: Radius
     ) -> IntArray:
         """Find the solid that the lines of each tube meet first, exactly; shapes as in `Material`.
 
         What fits between lines (`tubes.LINES_MM`) is not met.
         """
-        lines = tube_lines(back, radius_mm)
+        first, last = radius_mm if isinstance(radius_mm, tuple) else (radius_mm, radius_mm)
+        wide = max(first, last)
+        lines = tube_lines(back, wide)
         k = lines.shape[1]
-        origins = (tips + low[:, None] * back)[:, None] + lines
+        origins = (tips + low[:, None] * back)[:, None] + first / wide * lines
         length = np.repeat(np.maximum(high - low, 0.0), k)
-        found = self.hits(origins.reshape(-1, 3), np.repeat(back, k, axis=0), length)
+        ways = np.repeat(back, k, axis=0)
+        if first != last:
+            slant = length[:, None] * ways + ((last - first) / wide * lines).reshape(-1, 3)
+            length = np.linalg.norm(slant, axis=1)
+            ways = slant / np.where(length > 0.0, length, 1.0)[:, None]
+        found = self.hits(origins.reshape(-1, 3), ways, length)
         solids = np.full(len(tips), -1)
         order = np.argsort(-found.at_mm, kind="stable")  # the nearest of each tube is written last
         solids[found.ray[order] // k] = found.solid[order]
@@ -163,7 +170,7 @@ class TriangleMaterial:
         return SolidHits(ray[order], solid[order], at[order], way[order])
 
     def tube_solids(
-        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
+        self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: Radius
     ) -> IntArray:
         """Find the solid of the nearest triangle that each tube meets; shapes as in `Material`."""
         nearest = tube_triangles(self.corners, self.tree, tips, back, (low, high), radius_mm)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from wpcal.brep.boxes import BoxTree
@@ -10,6 +12,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 20_000  #: Pairs of a tube and a triangle in one array: they stay in the processor's cache.
 ROUND_OFF_MM = 1e-6  #: Of places along the axes of a tube.
+Radius: TypeAlias = float | tuple[float, float]  #: Of a tube, or of a cone where it begins and where it ends, mm.
 LINES_MM = 4.0  #: Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded.
 
 
@@ -19,9 +22,9 @@ def tube_triangles(
     tips: FloatArray,
     back: FloatArray,
     ends_mm: tuple[FloatArray, FloatArray],
-    radius_mm: float,
+    radius_mm: Radius,
 ) -> IntArray:
-    """Find what straight tubes meet: the triangle nearest to the axis.
+    """Find what straight tubes or cones meet: the triangle nearest to the axis, of a cone nearest to its surface.
 
     Each triangle is cut off at both ends of the tube; what remains is compared with the radius. Of equally near
     triangles the last is taken.
@@ -34,21 +37,25 @@ def tube_triangles(
     `ends_mm`: shapes (n,). Where each tube begins and ends, mm from the tip.
     """
     low, high = ends_mm
+    first, last = radius_mm if isinstance(radius_mm, tuple) else (radius_mm, radius_mm)
+    slope = None if first == last else (last - first) / np.where(high > low, high - low, np.inf)
+    wide = max(first, last)
     starts, ends = tips + low[:, None] * back, tips + high[:, None] * back
-    row, triangle = tree.meeting(np.minimum(starts, ends) - radius_mm, np.maximum(starts, ends) + radius_mm)
-    best, nearest = np.full(len(tips), np.nextafter(radius_mm, 0.0)), np.full(len(tips), -1)
+    row, triangle = tree.meeting(np.minimum(starts, ends) - wide, np.maximum(starts, ends) + wide)
+    best, nearest = np.full(len(tips), np.nextafter(first, 0.0)), np.full(len(tips), -1)
     frames = tube_frames(back)
     at = np.einsum("nij,nj->in", frames, tips)
-    box = at - radius_mm - ROUND_OFF_MM, at + radius_mm + ROUND_OFF_MM
+    box = at - wide - ROUND_OFF_MM, at + wide + ROUND_OFF_MM
     box[0][2], box[1][2] = at[2] + low - ROUND_OFF_MM, at[2] + high + ROUND_OFF_MM
     corner_rows, frame_rows = (np.ascontiguousarray(each.transpose(1, 2, 0)) for each in (corners, frames))
-    for first in range(0, len(row), CHUNK):
-        own, which = row[first : first + CHUNK], triangle[first : first + CHUNK]
+    for begin in range(0, len(row), CHUNK):
+        own, which = row[begin : begin + CHUNK], triangle[begin : begin + CHUNK]
         kept = _reach_in(corner_rows[:, :, which], frame_rows[:, :, own], box[0][:, own], box[1][:, own])
         own, which = own[kept], which[kept]
-        kept = _comes_near(starts[own], ends[own], corners[which], radius_mm)
+        kept = _comes_near(starts[own], ends[own], corners[which], wide)
         own, which = own[kept], which[kept]
-        found = _axis_distances(corners[which] - tips[own, None], frames[own], low[own], high[own])
+        placed = np.einsum("kcj,kij->kci", corners[which] - tips[own, None], frames[own])
+        found = _axis_distances(placed, low[own], high[own], None if slope is None else slope[own])
         order = np.argsort(-found, kind="stable")  # the nearest of each tube is written last
         closer = order[found[order] <= best[own[order]]]
         best[own[closer]], nearest[own[closer]] = found[closer], which[closer]
@@ -97,33 +104,45 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
     return np.concatenate(lines, axis=1)
 
 
-def _axis_distances(corners: FloatArray, frames: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return how near triangles come to axes through the origin, between two heights; infinity if not between."""
-    placed = np.einsum("kcj,kij->kci", corners, frames)
+def _axis_distances(placed: FloatArray, low: FloatArray, high: FloatArray, slope: FloatArray | None) -> FloatArray:
+    """Return how near triangles come to the z axis between two heights; infinity if not between.
+
+    `placed`: shape (k, 3, 3). Corners in the frames of the tubes.
+    `slope`: shape (k,), optional. Of a cone: what it is wider per height is taken off the distance. Distance less
+    height is convex, so its least value on a triangle is on the border, as that of the distance is.
+    """
     flat, z = placed[..., :2], placed[..., 2]
-    best = np.full(len(corners), np.inf)
+    best = np.full(len(placed), np.inf)
     cuts: list[tuple[FloatArray, BoolArray]] = []
     for k in range(3):
         a, b, za, zb = flat[:, k], flat[:, (k + 1) % 3], z[:, k], z[:, (k + 1) % 3]
-        best = np.minimum(best, _edge_distances(a, b, za, zb, low, high))
+        best = np.minimum(best, _edge_distances(a, b, za, zb, low, high, slope))
         rise = np.where(za == zb, 1.0, zb - za)
         for height in (low, high):
             share = (height - za) / rise
             cuts.append((a + share[:, None] * (b - a), (za != zb) & (share >= 0.0) & (share <= 1.0)))
     for end in (0, 1):  # the chords in which the ends of the tube cut the triangle
         ends = cuts[end::2]
+        wider = 0.0 if slope is None else slope * end * (high - low)
         for i, j in ((0, 1), (1, 2), (2, 0)):
             both = ends[i][1] & ends[j][1]
-            best = np.where(both, np.minimum(best, _from_origin(ends[i][0], ends[j][0])), best)
-    return np.where(_axis_goes_through(flat, z, low, high), 0.0, best)
+            best = np.where(both, np.minimum(best, _from_origin(ends[i][0], ends[j][0]) - wider), best)
+    return np.where(_axis_goes_through(flat, z, low, high), -np.inf if slope is not None else 0.0, best)
 
 
 def _edge_distances(
-    a: FloatArray, b: FloatArray, za: FloatArray, zb: FloatArray, low: FloatArray, high: FloatArray
+    a: FloatArray,
+    b: FloatArray,
+    za: FloatArray,
+    zb: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    slope: FloatArray | None = None,
 ) -> FloatArray:
     """Return how near segments come to the origin of the plane, shape (k,), between two heights; else infinity.
 
     `a`, `b`: shape (k, 2). Ends beside the axis; `za`, `zb`: their heights along it.
+    `slope`: shape (k,), optional. Of a cone (`_axis_distances`).
     """
     is_level = za == zb
     rise = np.where(is_level, 1.0, zb - za)
@@ -132,7 +151,10 @@ def _edge_distances(
     t0 = np.where(is_level, np.where(level, 0.0, 2.0), np.maximum(t[0], 0.0))
     t1 = np.where(is_level, 1.0, np.minimum(t[1], 1.0))
     first, last = a + t0[:, None] * (b - a), a + t1[:, None] * (b - a)
-    return np.where(t0 <= t1, _from_origin(first, last), np.inf)
+    if slope is None:
+        return np.where(t0 <= t1, _from_origin(first, last), np.inf)
+    heights = [za + share * (zb - za) - low for share in (t0, t1)]
+    return np.where(t0 <= t1, _from_cone(first, last, slope * heights[0], slope * heights[1]), np.inf)
 
 
 def edge_distances(p0: FloatArray, p1: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -156,6 +178,25 @@ def _from_origin(a: FloatArray, b: FloatArray) -> FloatArray:
     squared = np.maximum((span**2).sum(axis=1), np.finfo(float).tiny)
     t = np.clip(-(a * span).sum(axis=1) / squared, 0.0, 1.0)
     return np.asarray(np.linalg.norm(a + t[:, None] * span, axis=1), dtype=np.float64)
+
+
+def _from_cone(a: FloatArray, b: FloatArray, wa: FloatArray, wb: FloatArray) -> FloatArray:
+    r"""Return the least distance of plane segments from the origin, less a width that changes along them, shape (k,).
+
+    With :math:`\rho = \sqrt{d^2 + s^2}` at the length s from the foot, and the width w s, the least value is at
+    :math:`s = w d / \sqrt{1 - w^2}`, and at an end where the width grows faster than the distance can.
+
+    `a`, `b`: shape (k, 2). `wa`, `wb`: shape (k,). The width at both ends, mm.
+    """
+    span = b - a
+    length = np.maximum(np.linalg.norm(span, axis=1), np.finfo(float).tiny)
+    way = span / length[:, None]
+    foot = -(a * way).sum(axis=1)
+    off, grows = np.linalg.norm(a + foot[:, None] * way, axis=1), (wb - wa) / length
+    inner = np.abs(grows) < 1.0
+    ahead = off * grows / np.sqrt(np.where(inner, 1.0 - grows**2, 1.0))
+    s = np.clip(np.where(inner, foot + ahead, np.where(grows > 0.0, length, 0.0)), 0.0, length)
+    return np.asarray(np.linalg.norm(a + s[:, None] * way, axis=1) - (wa + s * grows), dtype=np.float64)
 
 
 def _axis_goes_through(flat: FloatArray, z: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:

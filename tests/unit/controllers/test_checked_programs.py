@@ -251,21 +251,24 @@ def test_distances_are_those_of_a_cloud_of_points(seed):
     assert (found >= expected - step).all()
 
 
+@pytest.mark.parametrize("radius", [8.0, (3.5, 9.0), (9.0, 5.0)], ids=["tube", "cone", "cone backwards"])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_tube_meets_what_a_cloud_of_points_meets(seed, random_place):
+def test_a_tube_meets_what_a_cloud_of_points_meets(seed, radius, random_place):
     rng = np.random.default_rng(seed)
     mesh, T = plate(), random_place(seed)
     part = TriangleMaterial.of(mesh, T)
     tips, back = T.apply(rng.uniform((-60, -90, -40), (160, 90, 40), (60, 3))), rng.normal(size=(60, 3))
     back /= np.linalg.norm(back, axis=1)[:, None]
-    low, high, radius = np.full(60, 5.0), np.full(60, 60.0), 8.0
+    low, high = np.full(60, 5.0), np.full(60, 60.0)
+    first, last = radius if isinstance(radius, tuple) else (radius, radius)
     on = points_on(part.corners, 120).reshape(-1, 3)
     hits = part.tube_solids(tips, back, low, high, radius) >= 0
     for row in range(60):
         z = (on - tips[row]) @ back[row]
         r = np.linalg.norm(on - tips[row] - z[:, None] * back[row], axis=1)
-        surely = ((z > 5) & (z < 60) & (r < radius)).any()
-        maybe = ((z > 4) & (z < 61) & (r < radius + 1)).any()
+        wide = first + (last - first) * (z - 5) / 55
+        surely = ((z > 5) & (z < 60) & (r < wide)).any()
+        maybe = ((z > 4) & (z < 61) & (r < wide + 1)).any()
         assert surely <= hits[row] <= maybe
 
 

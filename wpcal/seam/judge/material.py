@@ -16,6 +16,7 @@ import numpy as np
 
 from wpcal.brep.material import Material, find_solids_around
 from wpcal.brep.rays import START_MM
+from wpcal.brep.tubes import Radius
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.moves.sweep import STEP_MM
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape, Tube
@@ -37,7 +38,7 @@ class TorchPart(Enum):
     NECK = "neck"  #: Neck or body.
 
 
-_Tubes: TypeAlias = tuple[tuple[TorchPart, FloatArray, FloatArray, float], ...]
+_Tubes: TypeAlias = tuple[tuple[TorchPart, FloatArray, FloatArray, Radius], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,11 +114,14 @@ def find_poses_in_material(
 def _tubes(torch: TorchShape, start: FloatArray, more: FloatArray) -> _Tubes:
     """Return wire and nozzle as tubes: what they are, where they begin and end, shape (n,), and their radii, mm."""
     mouth = np.maximum(torch.wire_mm, start)
-    whole = np.clip(NEAR_ROOT_MM, start, mouth)
+    whole, cone = np.clip(NEAR_ROOT_MM, start, mouth), mouth + torch.taper_mm
+    wide = torch.nozzle_radius_mm - TOUCH_MM
+    conical = () if torch.taper_mm == 0.0 else ((TorchPart.NOZZLE, mouth, cone, (torch.mouth_mm - TOUCH_MM, wide)),)
     return (
         (TorchPart.WIRE, start, whole, TOUCH_MM),
         (TorchPart.WIRE, whole, mouth, WIRE_RADIUS_MM),
-        (TorchPart.NOZZLE, mouth, torch.wire_mm + torch.front_mm + more, torch.nozzle_radius_mm - TOUCH_MM),
+        *conical,
+        (TorchPart.NOZZLE, cone, torch.wire_mm + torch.front_mm + more, wide),
     )
 
 
