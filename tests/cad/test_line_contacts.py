@@ -22,12 +22,14 @@ Section = Sequence[tuple[float, float]]
 RIGHT: dict[str, Section] = {
     "V": [(0, 0), (100, 0), (100, 10), (10 * np.tan(np.radians(27)), 10)],
     "thin V": [(0, 0), (60, 0), (60, 4), (4 * np.tan(np.radians(33)), 4)],
+    "square X": [(0, 0), (9, 9), (100, 9), (100, -9), (9, -9)],
     "X": [(0, 0), (7, 9), (100, 9), (100, -9), (7, -9)],
     "half V": [(0, 0), (100, 0), (100, 10), (9, 10)],
 }
 SQUARE: Section = [(0, 0), (0, 10), (-100, 10), (-100, 0)]
 WEBS: dict[str, Section] = {
     "half V in a tee": [(0, 0), (12, 13), (12, 80), (0, 80)],
+    "square K": [(0, 0), (6, 6), (6, 80), (-6, 80), (-6, 6)],
     "K": [(0, 0), (6, 7), (6, 80), (-6, 80), (-6, 7)],
 }
 FLAT: Section = [(-90, 0), (90, 0), (90, -12), (-90, -12)]
@@ -102,5 +104,11 @@ def test_planes_of_two_members_that_overlap_are_no_butt_joint() -> None:
 
 def test_what_lies_beside_a_bevel_is_not_joined_to_it() -> None:
     chamfered = [(2, 0), (38, 0), (40, 2), (40, 30), (0, 30), (0, 2)]
-    beside = [(-x - 4.0, z) for x, z in chamfered]  # 4 mm apart, but 2.8 mm from chamfer to chamfer at no place
+    beside = [(-x - 4.0, z) for x, z in chamfered]
     assert detect_seams(plates(chamfered, beside, (0.0, 0.0))) == ()
+
+
+@pytest.mark.parametrize("gap", [0.0, 2.0])
+def test_a_blade_on_a_plate_is_not_welded(gap: float) -> None:
+    blade = [(0, 0), (8, 40), (-8, 40)]  # 22.6 degrees
+    assert detect_seams(plates(blade, FLAT, (0.0, gap))) == ()

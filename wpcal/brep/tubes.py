@@ -116,7 +116,7 @@ def _axis_distances(placed: FloatArray, low: FloatArray, high: FloatArray, slope
     cuts: list[tuple[FloatArray, BoolArray]] = []
     for k in range(3):
         a, b, za, zb = flat[:, k], flat[:, (k + 1) % 3], z[:, k], z[:, (k + 1) % 3]
-        best = np.minimum(best, _edge_distances(a, b, za, zb, low, high, slope))
+        best = np.minimum(best, _edge_distances((a, b), (za, zb), low, high, slope))
         rise = np.where(za == zb, 1.0, zb - za)
         for height in (low, high):
             share = (height - za) / rise
@@ -131,19 +131,18 @@ def _axis_distances(placed: FloatArray, low: FloatArray, high: FloatArray, slope
 
 
 def _edge_distances(
-    a: FloatArray,
-    b: FloatArray,
-    za: FloatArray,
-    zb: FloatArray,
+    ends: tuple[FloatArray, FloatArray],
+    heights: tuple[FloatArray, FloatArray],
     low: FloatArray,
     high: FloatArray,
     slope: FloatArray | None = None,
 ) -> FloatArray:
     """Return how near segments come to the origin of the plane, shape (k,), between two heights; else infinity.
 
-    `a`, `b`: shape (k, 2). Ends beside the axis; `za`, `zb`: their heights along it.
+    `ends`, `heights`: Where segments begin and end beside the axis, shapes (k, 2), and along it, shapes (k,).
     `slope`: shape (k,), optional. Of a cone (`_axis_distances`).
     """
+    (a, b), (za, zb) = ends, heights
     is_level = za == zb
     rise = np.where(is_level, 1.0, zb - za)
     t = np.sort(np.stack([(low - za) / rise, (high - za) / rise]), axis=0)
@@ -153,8 +152,8 @@ def _edge_distances(
     first, last = a + t0[:, None] * (b - a), a + t1[:, None] * (b - a)
     if slope is None:
         return np.where(t0 <= t1, _from_origin(first, last), np.inf)
-    heights = [za + share * (zb - za) - low for share in (t0, t1)]
-    return np.where(t0 <= t1, _from_cone(first, last, slope * heights[0], slope * heights[1]), np.inf)
+    widths = [slope * (za + share * (zb - za) - low) for share in (t0, t1)]
+    return np.where(t0 <= t1, _from_cone(first, last, *widths), np.inf)
 
 
 def edge_distances(p0: FloatArray, p1: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -162,7 +161,7 @@ def edge_distances(p0: FloatArray, p1: FloatArray, low: FloatArray, high: FloatA
 
     `p0`, `p1`: shape (k, 3). Ends of the segments in the frames of tubes (`tube_frames`), mm.
     """
-    return _edge_distances(p0[:, :2], p1[:, :2], p0[:, 2], p1[:, 2], low, high)
+    return _edge_distances((p0[:, :2], p1[:, :2]), (p0[:, 2], p1[:, 2]), low, high)
 
 
 def tube_frames(back: FloatArray) -> FloatArray:

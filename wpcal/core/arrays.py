@@ -30,7 +30,10 @@ class Columns:
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """Return all rows of `parts`, of which there is at least one, in one."""
-        found = {name: _together([getattr(part, name) for part in parts]) for name in parts[0]._columns()}
+        names = parts[0]._columns().keys()
+        if any(part._columns().keys() != names for part in parts):
+            raise ValueError("some parts have columns that others lack")
+        found = {name: _together([getattr(part, name) for part in parts]) for name in names}
         return replace(parts[0], **found)  # type: ignore[type-var]
 
     def _columns(self) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from wpcal.seam.judge.evidence import is_judgement
 from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.rules import PRIOR, Rule, confidence_of, score_of
-from wpcal.seam.seam import Seam
+from wpcal.seam.seam import Seam, WeldType
 
 THROAT_SHARE = 0.7
 """A fillet weld with a throat of this share of the thinner member, on both sides, is about as strong as the member."""
@@ -84,13 +84,13 @@ def _section(graph: BrepGraph, seam: Seam, thick_mm: tuple[float | None, float |
     wall, y = int(seam.pieces.wall[piece]), seam.frames.R[row, :, 1]
     faces_minus_y = wall >= 0 and project_to_faces(graph, [wall], seam.frames.p[[row]]).normal[0] @ y < 0
     of_wall, of_base = thick_mm[::-1] if faces_minus_y else thick_mm
-    known = [value for value in thick_mm if value is not None]
+    known, is_fillet = [value for value in thick_mm if value is not None], seam.weld is WeldType.FILLET
     return {
         "wall_thickness_mm": None if of_wall is None else round(of_wall, 2),
         "base_thickness_mm": None if of_base is None else round(of_base, 2),
         "gap_mm": round(seam.gap_mm[1], 3),
         "opening_deg": round(180.0 - float(np.degrees(seam.frames.angle_rad[row])), 1),
-        "largest_throat_mm": round(THROAT_SHARE * min(known), 1) if known else None,
+        "largest_throat_mm": round(THROAT_SHARE * min(known), 1) if known and is_fillet else None,
     }
 
 

@@ -373,6 +373,7 @@ KRL = "TOOL_DATA[3]={X 1.0,Y 2.0,Z 300.0,A 0.0,B 45.0,C 0.0}\nTOOL_DATA[4]={X 0,
     ("name", "text", "tool", "place"),
     [
         ("a.mod", RAPID, None, [10, -20, 330.5]),
+        ("a.mod", f"PERS tooldata tHalf:=tool0;\n{RAPID}", "tGun", [10, -20, 330.5]),
         ("a.src", KRL, "3", [1, 2, 300]),
         ("a.script", "  set_tcp(p[0.01,0,0.35,0,0.785398,0])", None, [10, 0, 350]),
     ],
@@ -392,6 +393,9 @@ def test_tool_data_are_read_from_programs(tmp_path, name, text, tool, place):
         ("TOOL_DATA[3]={X 1,Y 2,Z 3,A 0,B 0,C 0}\n$TOOL={X 0,Y 0,Z 1,A 0,B 0,C 0}", None, "several tools: name one"),
         ("TOOL_DATA[3]={X 1,Y 2,Z 3,A 0,B 0,C 0}", "7", "no tool '7'"),
         ("PERS tooldata t:=[TRUE,[[1,2,3],[5,0,0,0]]]", None, "the quaternion has length 5"),
+        ("PERS tooldata t:=[TRUE,[[1,2,x],[1,0,0,0]],load1];", "t", "t: expected .*numbers in brackets"),
+        ("PERS tooldata t:=[TRUE,[[1,2,30000],[1,0,0,0]],load1];", "t", "at most 10000 mm"),
+        ("PERS tooldata t:=tool0;", None, "t: expected"),
     ],
 )
 def test_tool_data_that_cannot_be_read_are_one_line(tmp_path, text, tool, says):

@@ -34,6 +34,7 @@ from wpcal.taught.programs import (
 
 MOVE = re.compile(r"(?:Move|Arc|Search|Trigg)[A-Z]\w*", re.IGNORECASE)
 LITERALS = replace(SYNTAX, levels=())
+NAME = re.compile(r"(?!(?:TRUE|FALSE)\b)[A-Z]", re.IGNORECASE)  #: How a token begins that is the name of other data.
 UNIT_QUATERNION_ATOL = 1e-3  #: Controllers print nine digits, people type four.
 
 
@@ -63,9 +64,16 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
     return ProgramPoints(points, {name: T for name, T in frames.items() if T is not None})
 
 
-def read_rapid_tools(text: str) -> dict[str, RigidTransform]:
-    """Read ``PERS tooldata tGun:=[TRUE,[[x,y,z],[q1,q2,q3,q4]],[…]]``: ``T_flange_tool`` by name."""
-    return {name: T for _, name, T in _data(statements_of(text), None, tooldata=_tool)}
+def read_rapid_tools(text: str) -> dict[str, RigidTransform | str]:
+    """Read ``PERS tooldata tGun:=[TRUE,[[x,y,z],[q1,q2,q3,q4]],[…]]``, as `Grammar.tools`; the load may be a name."""
+    found: dict[str, RigidTransform | str] = {}
+    for each in declarations(statements_of(text), "tooldata"):
+        nameless = ['""' if NAME.match(token) else token for token in each.tokens]
+        try:
+            found |= {name: _tool(value) for name, value in _elements(each._replace(tokens=nameless))}
+        except InputError as error:
+            found[each.name] = str(error)
+    return found
 
 
 def _data(

@@ -55,8 +55,8 @@ def read_krl(text: str, path: str) -> ProgramPoints:
     return ProgramPoints(tuple(points), own)
 
 
-def read_krl_tools(text: str) -> dict[str, RigidTransform]:
-    """Read ``TOOL_DATA[3]={X …,Y …,Z …,A …,B …,C …}`` and ``$TOOL={…}``: ``T_flange_tool`` by name."""
+def read_krl_tools(text: str) -> dict[str, RigidTransform | str]:
+    """Read ``TOOL_DATA[3]={X …,Y …,Z …,A …,B …,C …}`` and ``$TOOL={…}``, as `Grammar.tools`."""
     return {
         name.upper(): _pose(fields, name, "", number).relabelled(target="flange", source="tool")
         for _, name, number, fields in _declarations(text)

@@ -68,7 +68,8 @@ class Grammar:
     #: Pattern of a whole instruction, after its comments, without effect on motion: waits, messages, outputs.
     harmless: str = ""
     calls: str = ""  #: Pattern of a call of another program; its name is the group ``name``.
-    tools: Callable[[str], dict[str, RigidTransform]] | None = None  #: From a text to ``T_flange_tool`` by name.
+    #: From a text to ``T_flange_tool`` by name, or why one cannot be read.
+    tools: Callable[[str], Mapping[str, RigidTransform | str]] | None = None
     tools_in_words: str = ""  #: What states a tool.
 
     def arc_output(self, text: str) -> int | None:

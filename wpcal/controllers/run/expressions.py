@@ -121,7 +121,8 @@ class Parser:
         """Return the next token and go on."""
         token = self.peek()
         if token == "" or (expected is not None and token.upper() != expected.upper()):
-            raise ProgramError(f"expected {expected or 'more'} at {token or 'the end'!r} in {self.text}")
+            where = f"at {token!r} in {self.text}" if token else f"where the text ends, behind {self.text}"
+            raise ProgramError(f"expected {expected or 'more'} {where}")
         self.at += 1
         return token
 

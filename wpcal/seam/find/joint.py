@@ -123,19 +123,43 @@ def _are_grooves(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, gap_mm: flo
     """
     n_patch = project_to_faces(graph, at.patch, at.p).normal
     away = n_patch, np.where(at.continues[:, None], -at.n_wall, at.n_face)
-    beyond, lean, side_mm = [], [], []
-    normals = at.n_wall, at.n_base
-    for face, own, way in zip((at.wall, at.base), normals, ways_on(at.slope, normals, away), strict=True):
-        side_mm.append(_extent(graph, trimmed, face, at.p, way, gap_mm))
-        far = at.p + side_mm[-1][:, None] * way
-        next_face = faces_around_corner(graph, trimmed, face, far)
-        normal = project_to_faces(graph, np.maximum(next_face, 0), far).normal
-        beyond.append(np.where((next_face >= 0)[:, None], normal, 0.0))
-        lean.append(np.einsum("ki,ki->k", normal, own))
+    (wall_mm, *beyond_wall), (base_mm, *beyond_base) = (
+        _beyond(graph, trimmed, (face, at.p, at.slope), own, behind, gap_mm)
+        for face, own, behind in zip((at.wall, at.base), (at.n_wall, at.n_base), away, strict=True)
+    )
+    lean = beyond_wall[1], beyond_base[1]
     least, most = np.minimum(*lean), np.maximum(*lean)  # a square side has none
-    bevelled = (least > -BEVEL_COS[0]) & (most > BEVEL_COS[0]) & (most < BEVEL_COS[1])
-    bevelled &= np.maximum(*side_mm) <= MOST_SIDE_MM
-    return np.asarray(bevelled & (np.einsum("ki,ki->k", *beyond) > SAME_PLANE), dtype=bool)
+    grooves = (least > -BEVEL_COS[0]) & (most > BEVEL_COS[0]) & (most < BEVEL_COS[1])
+    grooves &= np.maximum(wall_mm, base_mm) <= MOST_SIDE_MM
+    return np.asarray(grooves & (np.einsum("ki,ki->k", beyond_wall[0], beyond_base[0]) > SAME_PLANE), dtype=bool)
+
+
+def are_bevels(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, gap_mm: float) -> BoolArray:
+    """Tell where the wall is a bevel: narrow, and beyond it the member goes on at an angle of 15 to 75 degrees."""
+    away = project_to_faces(graph, at.patch, at.p).normal
+    width_mm, _, lean = _beyond(graph, trimmed, (at.wall, at.p, at.slope), at.n_wall, away, gap_mm)
+    return np.asarray((lean > BEVEL_COS[0]) & (lean < BEVEL_COS[1]) & (width_mm <= MOST_SIDE_MM), dtype=bool)
+
+
+def _beyond(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    edge: tuple[IntArray, FloatArray, FloatArray],
+    normal: FloatArray,
+    away: FloatArray,
+    gap_mm: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how wide faces are from an edge on, the normals of what is beyond, and their cosines with the faces' own.
+
+    `edge`: The faces, and places and directions of the edge. `away`: As in `sides.ways_on`.
+    """
+    face, p, slope = edge
+    (way,) = ways_on(slope, [normal], [away])
+    width_mm = _extent(graph, trimmed, face, p, way, gap_mm)
+    far = p + width_mm[:, None] * way
+    other = faces_around_corner(graph, trimmed, face, far)
+    beyond = np.where((other >= 0)[:, None], project_to_faces(graph, np.maximum(other, 0), far).normal, 0.0)
+    return width_mm, beyond, np.asarray(np.einsum("ki,ki->k", beyond, normal), dtype=np.float64)
 
 
 def _goes_on_behind(

@@ -19,18 +19,19 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.find.contact import EdgeContacts, candidate_pairs, find_edge_contacts
 from wpcal.seam.find.duplicates import COVER_SHARES, are_near, without_duplicates
-from wpcal.seam.find.joint import JoinedPieces, join_contacts
-from wpcal.seam.find.root_gaps import MOST_ROOT_MM
+from wpcal.seam.find.joint import JoinedPieces, are_bevels, join_contacts
+from wpcal.seam.find.root_gaps import MOST_ROOT_MM, bevelled_faces
 from wpcal.seam.find.sides import find_sides, step_mm
 from wpcal.seam.find.wide_gaps import EVEN_SHARE, PLACES, is_filled
-from wpcal.seam.limits import FLUSH_MM, NEAR_GAPS
+from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, NEAR_GAPS
 from wpcal.seam.pieces import sample_pieces, solids_of
 from wpcal.seam.seam import SeamPieces
 
 SHARP_COS = 0.94  #: Cosine between the normals beside an edge (20 degrees): above it the faces continue each other.
+BLADE_COS = -0.9  #: The same of an edge of 26 degrees: a sharper one is a blade or a wedge, and no prepared edge.
 RIGHT_COS = 0.1
-"""An edge is bevelled if it is not square, within 6 degrees. Square edges are at a gap from much that they are not
-welded to."""
+"""An edge is square within 6 degrees. At a gap it counts between two bevels only: square edges are beside much that
+they are not welded to."""
 
 
 def with_line_contacts(
@@ -40,7 +41,7 @@ def with_line_contacts(
 
     `contacts`, `gap_mm`: Every contact of an edge with a face, and the gap with which they were found, mm.
     """
-    sharp = contacts.select(np.isin(contacts.edge, _sharp_edges(graph, square=True)))
+    sharp = contacts.select(np.isin(contacts.edge, _sharp_edges(graph)[0]))
     sharp = sharp.select(~_are_known(graph, sharp, joined.pieces, NEAR_GAPS * gap_mm))
     return JoinedPieces.together([joined, _lines(graph, trimmed, _even(graph, trimmed, sharp), gap_mm)])
 
@@ -50,34 +51,45 @@ def find_line_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
 
     `gap_mm`: The gap with which contacts were found, mm.
     """
-    pairs = candidate_pairs(graph, trimmed, MOST_ROOT_MM, edges=_sharp_edges(graph, square=False))
+    edges, is_square = _sharp_edges(graph)
+    between = np.isin(graph.edge_faces[edges], bevelled_faces(graph)).all(axis=1)
+    edges, square = edges[~is_square | between], edges[is_square]
+    pairs = candidate_pairs(graph, trimmed, MOST_ROOT_MM, edges=edges)
     contacts = find_edge_contacts(graph, trimmed, gap_mm=MOST_ROOT_MM, pairs=pairs)
     known = _are_known(graph, contacts, found, NEAR_GAPS * MOST_ROOT_MM)
     contacts = _even(graph, trimmed, contacts.select(~known))
-    contacts = contacts.select((contacts.gap_mm[:, 0] > gap_mm) & (contacts.gap_mm[:, 2] <= MOST_ROOT_MM))
+    contacts = contacts.select(
+        (contacts.gap_mm[:, 0] > gap_mm) & (contacts.gap_mm[:, 2] <= MOST_ROOT_MM + GAP_ROUND_OFF_MM)
+    )
     of_gap = np.round(contacts.gap_mm[:, 1], 1)
     lines = JoinedPieces.together(
-        _lines(graph, trimmed, contacts.select(of_gap == gap), float(gap)) for gap in np.unique(of_gap)
+        _lines(graph, trimmed, contacts.select(of_gap == gap), float(gap), bevelled=square) for gap in np.unique(of_gap)
     )
     lines = lines.select(np.flatnonzero(~is_filled(graph, trimmed, lines.pieces)))
     return without_duplicates(graph, lines, gap_mm=MOST_ROOT_MM / NEAR_GAPS)
 
 
-def _sharp_edges(graph: BrepGraph, *, square: bool) -> IntArray:
-    """Return the bulging edges between two faces, with or without square ones."""
+def _sharp_edges(graph: BrepGraph) -> tuple[IntArray, BoolArray]:
+    """Return the bulging edges between two faces, and which of them are square."""
     edges = inner_edges(graph)
     sine, cosine = corner_turns(graph, edges)
-    return edges[(sine > 0.0) & (cosine < SHARP_COS) & (square | (np.abs(cosine) > RIGHT_COS))]
+    rows = np.flatnonzero((sine > 0.0) & (cosine < SHARP_COS) & (cosine > BLADE_COS))
+    return edges[rows], np.abs(cosine[rows]) < RIGHT_COS
 
 
-def _lines(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContacts, gap_mm: float) -> JoinedPieces:
-    """Join contacts that are lines, with either face of the edge as the wall."""
+def _lines(
+    graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContacts, gap_mm: float, *, bevelled: IntArray | None = None
+) -> JoinedPieces:
+    """Join contacts that are lines, with either face of the edge as the wall; of some edges only bevels are walls."""
     found = []
     for side in (0, 1):
         own = replace(contacts, wall=graph.edge_faces[contacts.edge, side])
         middle, rows = (contacts.t0 + contacts.t1) / 2, np.arange(len(contacts.edge))
         at = find_sides(graph, trimmed, own, rows, middle, ledge_mm=step_mm(gap_mm))
-        found.append(join_contacts(graph, trimmed, own.select(at.has_wall), gap_mm=gap_mm))
+        is_wall = at.has_wall.copy()
+        asked = np.flatnonzero(is_wall & np.isin(own.edge, [] if bevelled is None else bevelled))
+        is_wall[asked] = are_bevels(graph, trimmed, at.select(asked), gap_mm)
+        found.append(join_contacts(graph, trimmed, own.select(is_wall), gap_mm=gap_mm))
     return without_duplicates(graph, JoinedPieces.together(found), gap_mm=gap_mm)
 
 

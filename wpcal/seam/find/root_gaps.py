@@ -61,15 +61,15 @@ def _facing_ends(graph: BrepGraph, trimmed: TrimmedFaces, above_mm: float) -> Fa
     fits = (graph.face_kind[facing.first] == SurfaceKind.PLANE) & (facing.gap_mm > above_mm)
     fits &= (facing.share >= LEAST_OPPOSITE) & (width.max(axis=0) <= MOST_END_MM)
     same = width.max(axis=0) <= SAME_WIDTH * width.min(axis=0)
-    bevelled = np.isin(np.stack([facing.first, facing.second]), _bevelled_faces(graph))
+    bevelled = np.isin(np.stack([facing.first, facing.second]), bevelled_faces(graph))
     narrower = np.where(width[0] <= width[1], bevelled[0], bevelled[1])  # before a square end, in a half V
     fits &= np.where(same, (facing.gap_mm <= MOST_ROOT_SHARE * width.min(axis=0)) | bevelled.all(axis=0), narrower)
     ends = facing.select(fits)
     return ends.select(~_is_filled(graph, trimmed, ends))
 
 
-def _bevelled_faces(graph: BrepGraph) -> IntArray:
-    """Return the faces beside which there is a bevel: planes with bulging corners between 15 and 75 degrees."""
+def bevelled_faces(graph: BrepGraph) -> IntArray:
+    """Return the faces beside which there is a bevel: planes with bulging corners between 15 and 75 degrees, (k,)."""
     edges = inner_edges(graph)
     edges = edges[(graph.face_kind[graph.edge_faces[edges]] == SurfaceKind.PLANE).all(axis=1)]
     edges = edges[~are_concave(graph, edges)]
@@ -98,7 +98,7 @@ def _at_gap(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces, gap_mm: 
     """Return the butt joints between ends that have one gap."""
     contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=_pairs(graph, ends))
     joined = join_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
-    sides, bevelled = np.stack([joined.pieces.wall, joined.pieces.base]), _bevelled_faces(graph)
+    sides, bevelled = np.stack([joined.pieces.wall, joined.pieces.base]), bevelled_faces(graph)
     is_butt = np.array([word is JointType.BUTT for word in joined.joint], dtype=bool)
     return joined.select(np.flatnonzero(is_butt | np.isin(sides, bevelled).any(axis=0)))
 
