@@ -120,7 +120,6 @@ def test_a_killed_server_loses_nothing(start: Any, open_page: Any, tmp_path: Pat
     assert "taught.csv.draft: the page shows its rows" in again.page.inner_text("#notes")
 
 
-@pytest.mark.deep
 def test_two_windows_show_each_other_and_revert_nothing(start: Any, open_page: Any, taught: Path) -> None:
     url = start(TEE / "tee.step").url
     first, second = open_page(url), open_page(url)

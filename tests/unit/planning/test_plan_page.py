@@ -104,6 +104,7 @@ def test_a_click_in_the_front_shows_that_plan(opened, cell, runs):
     assert page.locator("svg.chart").count() == 5
 
 
+@pytest.mark.deep
 def test_what_each_method_found_is_drawn_behind_the_plans(opened, cell, runs):
     fronts = [
         MethodFront("ladder", np.array([[9.0, 2, 0.5], [2.0, 3, 1.6]]), 12.3),
@@ -114,6 +115,7 @@ def test_what_each_method_found_is_drawn_behind_the_plans(opened, cell, runs):
     assert "2 plans by itself, hypervolume 12.3" in page.inner_text("#front")
 
 
+@pytest.mark.deep
 def test_playing_lets_the_time_run_and_a_click_in_a_chart_sets_it(opened, cell, runs):
     page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=0))
     before = tip_drawn(page)
@@ -137,6 +139,7 @@ def test_names_stay_names(opened, cell, runs):
     assert page.locator("img").count() == 0
 
 
+@pytest.mark.deep
 def test_tip_and_speed_between_the_points_are_in_the_table_and_in_the_head(opened, cell, runs):
     page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=1))
     tip = runs[1].tip
@@ -147,6 +150,7 @@ def test_tip_and_speed_between_the_points_are_in_the_table_and_in_the_head(opene
     assert page.locator("[data-test=issues]").count() == 0
 
 
+@pytest.mark.deep
 def test_an_odd_cell_is_told_on_the_page(opened, cell, runs):
     page = opened(build_plan_page(runs, replace(cell, torch=()), OBJECTIVES, chosen=0))
     assert "the torch has no bodies" in page.inner_text("[data-test=issues]")
@@ -179,6 +183,7 @@ def test_a_front_of_nothing_or_of_two_seams_is_refused(cell, runs):
         build_plan_page([runs[0], other], cell, OBJECTIVES, chosen=0)
 
 
+@pytest.mark.deep
 def test_a_body_is_measured_and_the_cell_is_cut_open(opened, cell, runs):
     """Keys alone turn the tools on; what was measured is forgotten when the bodies move."""
     page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=1))
