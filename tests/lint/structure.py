@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_063,
+    "lines of wpcal and cad": 122_065,
     "lines of tests": 63_595,
     "rooms": 21,
     "arrows between rooms": 107,

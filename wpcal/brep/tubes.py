@@ -108,8 +108,8 @@ def _axis_distances(placed: FloatArray, low: FloatArray, high: FloatArray, slope
     """Return how near triangles come to the z axis between two heights; infinity if not between.
 
     `placed`: shape (k, 3, 3). Corners in the frames of the tubes.
-    `slope`: shape (k,), optional. Of a cone: what it is wider per height is taken off the distance. Distance less
-    height is convex, so its least value on a triangle is on the border, as that of the distance is.
+    `slope`: shape (k,), optional. Of a cone: what it is wider per height is taken off the distance. On a plane this is
+    linear along lines from where the axis meets the plane, so its least value on a triangle is on the border.
     """
     flat, z = placed[..., :2], placed[..., 2]
     best = np.full(len(placed), np.inf)

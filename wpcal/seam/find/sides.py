@@ -35,7 +35,9 @@ INSET_MM, MOST_INSET = 1.0, 0.125
 """How far the outermost places are from the ends of a contact: mm, and as a share of its length."""
 OPENING_RAD = (np.radians(20.0), np.radians(200.0))
 """Between wall and base where members touch along a line: less is a slit, and more is the outside of a corner."""
-SAME_SINE = 0.1  #: Seen from the wall and from the base, an opening is the same; otherwise material is between them.
+SAME_SINE = 0.1
+"""Seen from the wall and from the base, the sine of an opening is the same; with material between them it has the other
+sign. Along a curved edge, and across a gap, the two differ by some hundredths."""
 BISECTIONS = 28  #: Bisections of the place where the side changes: from 8 mm to 3e-8 mm.
 
 
