@@ -97,13 +97,16 @@ def test_no_point_of_the_whole_torch_is_in_material_along_accepted_seams(name: s
     assert any(in_boxes(points_of(find_torch(name), seam, rng)).any() for seam in turned)
 
 
-@pytest.mark.parametrize("name", few(["robot-22", "robot-36", "machine", "robot-45-slim"], 1))
-def test_what_a_conical_nozzle_reaches_is_free_of_triangles_too(name: str) -> None:
-    """The bracket of the benchmark has corners of 45 to 90 degrees between three plates, where the cone counts."""
-    torch, bodies = find_torch(name), bench_bracket()
+@pytest.mark.parametrize(
+    ("name", "count"),
+    few([("robot-22", 3), *((name, 8) for name in ("robot-22", "robot-36", "machine", "robot-45-slim"))], 1),
+)
+def test_what_a_conical_nozzle_reaches_is_free_of_triangles_too(name: str, count: int) -> None:
+    """The first plates of the bracket of the benchmark have corners between three of them, where the cone counts."""
+    torch, bodies = find_torch(name), bench_bracket()[:count]
     seams = detect_seams(to_brep([(name, shape) for name, shape, _ in bodies]), SeamOptions(reach=Reach(torch)))
     accepted = [seam for seam in seams if seam.accepted]
-    assert sum(seam.length_mm for seam in accepted) > 2000.0
+    assert sum(seam.length_mm for seam in accepted) > 250.0 * count
     ways = [
         (seam, seam.frames.p, tool_rotations(seam.frames.R, TorchSettings(), seam.lean_rad, seam.spin_rad))
         for seam in accepted

@@ -11,7 +11,7 @@ import pytest
 
 from tests.few import few
 from tests.running import run_here
-from tests.saddle import THINNED
+from tests.saddle import THINNED, scan_coarsely
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.core.motion import WELD_SPEED_MM_S
@@ -25,7 +25,7 @@ PROGRAM_MM = 0.02  #: Five decimals of a degree in twelve joints at two metres.
 
 @pytest.fixture(scope="module", params=few([6, None], 1), ids=["a piece", "whole"])
 def planned(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A plan of every fourth point of the saddle; a triangle replaces the mesh of the part beside the seams."""
+    """A plan of every fourth point of the saddle, of a piece with few weights; the mesh of the part is a triangle."""
     folder = tmp_path_factory.mktemp("plan")
     record = json.loads((CELLS / "saddle-seams.json").read_text())
     for seam in record["seams"]:
@@ -34,9 +34,12 @@ def planned(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     corners = np.array([[0.0, 0, 0], [50, 0, 0], [0, 50, 0]])
     solid = SolidMesh("pipe", corners, np.array([[0, 1, 2]]), np.array([[0, 1], [1, 2], [2, 0]]))
     (folder / "part.glb").write_bytes(write_part_glb(PartMesh((solid,), 0.1, 0.3)))
-    done = run_here(
-        "plan", CELLS / "two-mh6.json", folder / "seams.json", "--seam", "W1", "-o", folder / "out", "--joints"
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param:
+            scan_coarsely(patch)
+        done = run_here(
+            "plan", CELLS / "two-mh6.json", folder / "seams.json", "--seam", "W1", "-o", folder / "out", "--joints"
+        )
     assert (done.returncode, done.stderr) == (0, "")
     return folder / "out"
 

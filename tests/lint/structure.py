@@ -1,40 +1,52 @@
 """Measure the house: `python -m tests.lint.structure`. Each figure has a limit that may fall and not rise.
 
+`--names` names what has one name and what is not declared, `--large` the large functions.
+
 Rooms are the folders and files directly in `wpcal`, and `cad`. An arrow is one room that imports another.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 import sys
+import tomllib
 from collections import defaultdict
 from functools import cache
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 122_065,
-    "lines of tests": 63_595,
+    "lines of tests": 63_593,
     "rooms": 21,
     "arrows between rooms": 107,
+    "imported packages that pyproject.toml does not declare": 0,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
     "functions with more than 6 parameters": 53,
     "functions with more than 10 branches, per thousand": 25,
 }
+COMES_WITH = {"mpl_toolkits": "matplotlib", "anyio": "starlette", "h11": "uvicorn", "dask": "distributed"}
+"""Part of another package, or used only through it."""
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)
 
 
+def files(*folders: str) -> list[Path]:
+    """Return every file of Python."""
+    return [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
+
+
 @cache
-def trees(*folders: str) -> dict[Path, ast.Module]:
-    """Return the syntax of every file."""
-    files = [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in files}
+def nodes() -> dict[Path, list[ast.AST]]:
+    """Return the syntax of every file of the product, its whole first."""
+    return {path: list(ast.walk(ast.parse(path.read_text(encoding="utf-8")))) for path in files("wpcal", "cad")}
 
 
 def lines(*folders: str) -> int:
     """Return the number of raw lines."""
-    return sum(len(path.read_text(encoding="utf-8").splitlines()) for path in trees(*folders))
+    return sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files(*folders))
 
 
 def room(module: str) -> str:
@@ -45,14 +57,11 @@ def room(module: str) -> str:
 
 def arrows() -> set[tuple[str, str]]:
     """Return which room imports which; the faces ``__init__.py`` of both packages hand names on and do not count."""
-    known = {
-        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-        for path in trees("wpcal", "cad")
-    }
+    known = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for path in nodes()}
     found = set()
-    for path, tree in trees("wpcal", "cad").items():
+    for path, every in nodes().items():
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-        for node in ast.walk(tree):
+        for node in every:
             if isinstance(node, ast.ImportFrom) and node.module and module not in ("wpcal", "cad"):
                 for alias in node.names:
                     target = f"{node.module}.{alias.name}"
@@ -62,22 +71,42 @@ def arrows() -> set[tuple[str, str]]:
     return found
 
 
+def undeclared() -> list[str]:
+    """Return what the two packages import and no list of dependencies names; the workbench has FreeCAD's own Python."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    lists = [project["dependencies"], *project["optional-dependencies"].values()]
+    declared = {_normal(re.split(r"[\[>=<]", one)[0]) for each in lists for one in each}
+    names = set()
+    for path, every in nodes().items():
+        if not path.is_relative_to(ROOT / "cad" / "freecad"):
+            for node in every:
+                if isinstance(node, ast.Import):
+                    names |= {alias.name.partition(".")[0] for alias in node.names}
+                elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                    names.add(node.module.partition(".")[0])
+    homes = packages_distributions()
+    others = names - set(sys.stdlib_module_names) - {"wpcal", "cad"}
+    of = {name: [COMES_WITH[name]] if name in COMES_WITH else homes.get(name, [name]) for name in others}
+    return sorted(name for name, packages in of.items() if not declared & {_normal(one) for one in packages})
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
 def functions() -> list[ast.FunctionDef]:
     """Return every function and method."""
-    return [
-        node for tree in trees("wpcal", "cad").values() for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
-    ]
+    return [node for every in nodes().values() for node in every if isinstance(node, ast.FunctionDef)]
 
 
 def branches(function: ast.FunctionDef) -> int:
     """Return the cyclomatic complexity of a function, without that of functions in it."""
-    inner = {
-        id(n)
-        for f in ast.walk(function)
-        if isinstance(f, ast.FunctionDef | ast.Lambda) and f is not function
-        for n in ast.walk(f)
-    }
-    own = [node for node in ast.walk(function) if id(node) not in inner]
+    own, left = list[ast.AST](), list(ast.iter_child_nodes(function))
+    while left:
+        node = left.pop()
+        if not isinstance(node, ast.FunctionDef | ast.Lambda):
+            own.append(node)
+            left.extend(ast.iter_child_nodes(node))
     return (
         1 + sum(isinstance(n, BRANCHES) for n in own) + sum(len(n.values) - 1 for n in own if isinstance(n, ast.BoolOp))
     )
@@ -91,7 +120,7 @@ def homes_of_names() -> dict[str, list[Path]]:
     record is called as what it describes.
     """
     found = defaultdict(list)
-    for path, tree in trees("wpcal", "cad").items():
+    for path, (tree, *_) in nodes().items():
         if path.is_relative_to(ROOT / "cad" / "freecad") or path.parent.name in ("cli", "rpc", "records"):
             continue
         for node in tree.body:
@@ -125,6 +154,7 @@ def measured() -> dict[str, int]:
         "lines of tests": lines("tests"),
         "rooms": len({end for arrow in own for end in arrow}),
         "arrows between rooms": len(own),
+        "imported packages that pyproject.toml does not declare": len(undeclared()),
         "functions and classes of one name in several files": len(homes_of_names()),
         "functions of more than 60 lines": sum(body_lines(each) > 60 for each in every),
         "functions with more than 6 parameters": sum(parameters(each) > 6 for each in every),
@@ -140,11 +170,12 @@ def main() -> int:
     for name, value in found.items():
         print(f"{value:7d}  (at most {LIMITS[name]})  {name}")
     if "--names" in sys.argv:
+        print("not declared:", *undeclared())
         for name, paths in sorted(homes_of_names().items()):
             print(name, *(str(path.relative_to(ROOT)) for path in paths))
     if "--large" in sys.argv:
-        for path, tree in trees("wpcal", "cad").items():
-            for node in ast.walk(tree):
+        for path, every in nodes().items():
+            for node in every:
                 if isinstance(node, ast.FunctionDef):
                     sizes = parameters(node), branches(node), body_lines(node)
                     if sizes[0] > 6 or sizes[1] > 10 or sizes[2] > 60:

@@ -10,10 +10,10 @@ import shutil
 import numpy as np
 import pytest
 
-from tests.saddle import CELLS
+from tests.running import run_here
+from tests.saddle import CELLS, scan_coarsely
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
-from wpcal.cli.main import run
 from wpcal.controllers.audit import audit_path
 from wpcal.controllers.judge.in_step import in_step
 from wpcal.core.transform import RigidTransform
@@ -34,9 +34,10 @@ def folder(tmp_path_factory):
     for name, home in zip(("torch_robot", "holder_robot"), HOME_DEG, strict=True):
         record[name]["home_deg"] = home
     (place / "cell.json").write_text(json.dumps(record))
-    with pytest.raises(SystemExit) as ended:
-        run(["plan", str(place / "cell.json"), str(TEE), "--seam", "W2", "-o", str(place / "plan")])
-    assert ended.value.code == 0
+    with pytest.MonkeyPatch.context() as patch:
+        scan_coarsely(patch)
+        ended = run_here("plan", place / "cell.json", TEE, "--seam", "W2", "-o", place / "plan")
+    assert ended.returncode == 0
     return place / "plan"
 
 

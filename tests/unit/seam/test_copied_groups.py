@@ -50,9 +50,9 @@ def test_near_groups_are_judged_with_what_is_around_them(monkeypatch: pytest.Mon
     graph = saved_graph("frame")
     pitch = np.array([float(np.ptp(graph.vertex_p[:, 0])) + 45.0, 0.0, 0.0])
     row = graph
-    for number in range(1, 5):
+    for number in (1, 2):
         row = together(row, shifted(graph, number * pitch))
-    assert copies_of(row, within_mm=40.0) == 4
+    assert copies_of(row, within_mm=40.0) == 2
     found = seams_of(row)
     assert any(set(seam.blocked_by) - set(seam.solids) for seam in found)
     check_same(found, seams_of_each(row, monkeypatch))
