@@ -1,4 +1,4 @@
-"""Break changed lines one at a time, and list the breaks that no near test notices: `python -m tests.mutate [FILE...]`.
+"""Break changed lines one at a time, and list the breaks that no near test notices: `python -m tests.mutate [PATH...]`.
 
 Each mutant changes one comparison, operator, sign, constant or `not` of the library. It runs in a copy of the project
 against the tests that reach its file (`tests.near`), the nearest first, until one fails. A mutant that survives names a
@@ -6,7 +6,7 @@ line whose value no test asserts.
 
     --most N     how many mutants, drawn with a fixed seed (40)
     --files N    how many test files each one meets (12)
-    --all        all lines of the files, not only those that changed since origin/main
+    --all        all lines of the files and folders, not only those that changed since origin/main
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from tests.near import ROOT, changed_files, near_tests
@@ -124,11 +125,13 @@ def main() -> int:
     parser.add_argument("--files", type=int, default=12)
     parser.add_argument("--all", action="store_true")
     asked = parser.parse_args()
-    paths = [path.resolve() for path in asked.paths] or changed_files()
+    given = [path.resolve() for path in asked.paths] or changed_files()
+    paths = [each for path in given for each in (sorted(path.rglob("*.py")) if path.is_dir() else [path])]
     library = [path for path in paths if path.suffix == ".py" and path.relative_to(ROOT).parts[0] in ("wpcal", "cad")]
     mutants = [one for path in library for one in mutants_of(path) if asked.all or one.line in changed_lines(path)]
-    mutants = [one for one in mutants if is_python(one.apply(one.path.read_text(encoding="utf-8")))]
-    chosen = random.Random(1).sample(mutants, min(asked.most, len(mutants)))
+    drawn = random.Random(1).sample(mutants, len(mutants))
+    parsed = (one for one in drawn if is_python(one.apply(one.path.read_text(encoding="utf-8"))))
+    chosen = list(islice(parsed, asked.most))
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "wpcal"
         shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "out*", "node_modules", "_build"))
