@@ -96,7 +96,7 @@ def rest_words(seams: Sequence[Seam]) -> str:
 
     rest = sum(not seam.accepted for seam in seams)
     if not rest:
-        return "every candidate is taken; --all lists what the solids are taken for"
+        return f"{'every candidate is taken' if seams else 'no candidate'}; --all lists what the solids are taken for"
     doubted = len(would_be_taken(seams))
     more = f" ({doubted} of them only doubted: --generous takes them)" if doubted else ""
     gained = "".join(f"\n{told}" for told in gained_words([seam for seam in seams if not seam.accepted]))

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from build123d import Align, Axis, Box, Cylinder, Plane, Polyline, Pos, Sphere, extrude, make_face
+from build123d import Align, Axis, Box, Cylinder, Plane, Polyline, Pos, RegularPolygon, Sphere, extrude, make_face
 
 from cad.kernel.to_brep import to_brep
 from tests.few import few
@@ -130,6 +130,35 @@ def test_a_coped_beam_is_welded_at_its_web_only() -> None:
 def test_no_sheet_is_folded_along_three_edges_that_meet(wall: float, welds: int) -> None:
     box = Box(400, 300, 100, align=ALONG) - Pos(0, 0, wall) * Box(400 - 2 * wall, 300 - 2 * wall, 100, align=ALONG)
     assert len([seam for seam in fused_seams(box) if seam.accepted]) == welds
+
+
+@pytest.mark.parametrize("radius", [0.0, 5.0], ids=["sharp", "round"])
+def test_a_plate_that_is_bent_by_45_degrees_is_welded_at_its_rib_only(radius: float) -> None:
+    t, far = 6.3, 100.0
+    lower = Polyline((-200, 0), (0, 0), (far, far))
+    edge = np.tan(np.pi / 8) * t
+    upper = ((far - t / np.sqrt(2), far + t / np.sqrt(2)), (-edge, t), (-200, t))
+    sheet = extrude(make_face([lower, Polyline((far, far), *upper, (-200, 0))]), 150)
+    if radius:
+        inner, outer = (
+            [e for e in sheet.edges().filter_by(Axis.Z) if abs(e.center().X) < 5 and (e.center().Y > 1) == is_inner]
+            for is_inner in (True, False)
+        )
+        sheet = sheet.fillet(radius, inner)
+        sheet = sheet.fillet(radius + 0.9 * t, outer)  # about another axis
+    rib = Pos(-120, t + 30, 75) * Box(8, 60, 150)
+    accepted = [seam for seam in fused_seams(sheet + rib) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * 150.0)
+
+
+def test_nobody_welds_round_the_head_of_a_bolt_or_a_nut_that_is_one_body_with_its_plate() -> None:
+    head = extrude(RegularPolygon(14, 6), 13)
+    bolt = head + Pos(0, 0, 13) * Cylinder(8, 120, align=ALONG)
+    assert not fused_seams(bolt)
+    tube = Pos(0, 0, 8) * (Cylinder(40, 100, align=ALONG) - Cylinder(36, 100, align=ALONG))
+    heads = [Pos(x, y, 8) * head for x in (-75, 75) for y in (-75, 75)]
+    accepted = [seam for seam in fused_seams(Box(200, 200, 8, align=ALONG) + tube + heads) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * np.pi * (40 + 36), rel=0.01)
 
 
 def test_a_thin_ring_inside_the_bolt_circle_of_a_flange_is_no_member() -> None:

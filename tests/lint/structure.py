@@ -18,8 +18,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_065,
-    "lines of tests": 63_593,
+    "lines of wpcal and cad": 122_138,
+    "lines of tests": 63_623,
     "rooms": 21,
     "arrows between rooms": 107,
     "imported packages that pyproject.toml does not declare": 0,

@@ -18,6 +18,7 @@ from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.built_up import SAME_THICKNESS, way_out
 from wpcal.seam.limits import LEAST_SEAM_MM
 
 WIDEST_MM = 30.0  #: Largest width of the face of a bead: a fillet with 20 mm legs, laid in many runs, is 28 mm wide.
@@ -35,6 +36,9 @@ MOST_END = 1.5  #: The faces at the end of a bead are no longer than this many o
 WALL, WALL_COS, AS_FAR = 4.0, 0.98, 0.9
 """A strip of which the far side is parallel, within this many throats, is a wall of a folded sheet; a bead has material
 for this share of the way to its root."""
+BEND_SHARE = 0.15
+"""The wall of a bend is thicker than the sheet beside it by up to this share: its outer round is not always drawn about
+the axis of the inner one."""
 SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 
 
@@ -164,7 +168,9 @@ class _Corners:
         way = self.root[rows] - self.foot[rows]
         deep = np.linalg.norm(way, axis=1)
         way /= np.where(deep > 0, deep, 1.0)[:, None]
-        hits = find_hits(self.graph, trimmed, self.foot[rows] + SKIN_MM * way, way, length_mm=WALL * deep)
+        sheet_mm = self._sheet_mm(trimmed)[rows]
+        far_mm = np.maximum(WALL * deep, (1.0 + BEND_SHARE) * sheet_mm)
+        hits = find_hits(self.graph, trimmed, self.foot[rows] + SKIN_MM * way, way, length_mm=far_mm)
         first = np.flatnonzero(np.diff(hits.ray, prepend=-1))
         ray, face = hits.ray[first], hits.face[first]
         at = self.foot[rows[ray]] + (SKIN_MM + hits.at_mm[first])[:, None] * way[ray]
@@ -174,3 +180,13 @@ class _Corners:
         found[rows] = True
         found[rows[ray[is_wall | (hits.at_mm[first] < AS_FAR * deep[ray])]]] = False
         return found
+
+    def _sheet_mm(self, trimmed: TrimmedFaces) -> FloatArray:
+        """Return how thick the material is behind both sides, shape (n,), if it is the same; otherwise zero."""
+        solid = self.graph.face_solid[[strip.face for strip in self.strips]]
+        thick, other = (
+            way_out(self.graph, trimmed, solid, p - SKIN_MM * n, -n)[0] + SKIN_MM
+            for p, n in ((self.p, self.n1), (self.q, self.n2))
+        )
+        with np.errstate(invalid="ignore"):
+            return np.where(np.abs(thick - other) <= SAME_THICKNESS * thick, thick, 0.0)

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.member.prisms import find_prisms
 
 SEAT_MM = 0.5  #: A head, a nut or a washer lies on a face that is this near: some are modelled a little in or above it.
 LARGEST_RADIUS_MM = 20.0  #: Bolts of steelwork go up to M36; a thicker round bar in a hole is a member.
@@ -31,6 +33,9 @@ diameter high."""
 RING_WIDTH, RING_HEIGHT = 1.75, 1.5
 """Largest radius and height of a ring, in bores: a nut has radius 1, a large washer 1.5; a nut is 0.8 high, a lock nut
 1.2."""
+HEXAGON, HEXAGON_SHARE, MOST_FLATS_MM = 6, 0.02, 55.0
+"""A head or a nut that was drawn in one body with its plate has so many sides, equal within this share, and is so wide
+across flats at most (M36)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +104,34 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
         )
         for solid, (pin, what, through) in chosen.items()
     }
+
+
+def hexagon_faces(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
+    """Return the sides and ends of regular hexagons: of heads of bolts, and nuts, that are one body with more.
+
+    They are no higher than wide. A hollow hexagon is a socket, and a long one a bar.
+    """
+    found: set[int] = set()
+    for one in find_prisms(graph, trimmed, solid):
+        q = one.contour.corners
+        step = np.linalg.norm(np.roll(q, -1, axis=0) - q, axis=1)
+        off = np.linalg.norm(q - q.mean(axis=0), axis=1)
+        is_regular = len(q) == HEXAGON and np.ptp(step) + np.ptp(off) <= HEXAGON_SHARE * step.max()
+        flats_mm = np.sqrt(3.0) * step.max()
+        if is_regular and flats_mm <= MOST_FLATS_MM and not one.contour.is_bore:
+            sides = [face for face in one.faces if np.ptp(trimmed.heights(face, one.way)) <= flats_mm]
+            found.update(sides, _ends(graph, sides))
+    return frozenset(found)
+
+
+def _ends(graph: BrepGraph, sides: list[int]) -> list[int]:
+    """Return the faces that end all sides of a hexagon; not one on which it stands."""
+    own = np.isin(graph.edge_faces, sides)
+    edges = np.flatnonzero(own.sum(axis=1) == 1)
+    edges = edges[~are_concave(graph, edges)]
+    beside = np.where(own[edges, 0], graph.edge_faces[edges, 1], graph.edge_faces[edges, 0])
+    faces, count = np.unique(beside[beside >= 0], return_counts=True)
+    return [int(face) for face in faces[count >= HEXAGON]]
 
 
 def _lies_on(graph: BrepGraph, trimmed: TrimmedFaces, fasteners: dict[int, _Turned]) -> dict[int, frozenset[int]]:

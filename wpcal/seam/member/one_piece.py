@@ -24,6 +24,7 @@ from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.strips import drawn_beads, find_strips
+from wpcal.seam.member.fasteners import hexagon_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, lugs_of, members_of
 
@@ -145,6 +146,7 @@ def are_welded_corners(
     """Tell which inner corners between two faces of one solid may have been welded, shape (n,).
 
     All corners of a solid that was built up; of a solid that members explain in part, those between slender members.
+    Not those round the head of a bolt or a nut that was drawn in one body with its plate.
     `wall`, `base`: shape (n,). Faces beside the corners.
     """
     solids, of = np.unique(graph.face_solid[wall], return_inverse=True)
@@ -155,7 +157,9 @@ def are_welded_corners(
     found[rest] = [
         (min(pair), max(pair)) in pairs for pair in zip(wall[rest].tolist(), base[rest].tolist(), strict=True)
     ]
-    return found
+    screwed = [hexagon_faces(graph, trimmed, solid) for solid in solids[np.unique(of.ravel()[found])].tolist()]
+    bolts = list(frozenset().union(*screwed))
+    return np.asarray(found & ~np.isin(wall, bolts) & ~np.isin(base, bolts))
 
 
 def _slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[tuple[int, int]]:
@@ -174,12 +178,7 @@ def _find_slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> 
     found = members_of(graph, trimmed, solid)
     if is_turned(graph, solid) or _why_timber(found) is not None:
         return frozenset()
-    own = np.arange(len(graph.solid_names)) == solid
-    strips, length = find_strips(graph, trimmed, own), edge_lengths(graph)
-    edges = find_concave_edges(graph, own, but=drawn_beads(graph, strips)).pieces
-    corners = [*zip(edges.wall.tolist(), edges.base.tolist(), length[edges.edge].tolist(), strict=True)]
-    corners += [(*strip.sides, float(length[list(strip.edges[0])].sum())) for strip in strips]
-    pairs, between_mm, other_mm = set(), 0.0, 0.0
+    corners, pairs, between_mm, other_mm = _inner_corners(graph, trimmed, solid), set(), 0.0, 0.0
     for wall, base, mm in corners:
         if found.is_between(wall, base):
             pairs.add((min(wall, base), max(wall, base)))
@@ -191,6 +190,16 @@ def _find_slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> 
     lugs = lugs_of(graph, trimmed, solid)
     at_lugs = {(min(a, b), max(a, b)) for a, b, _ in corners if any((a in lug) != (b in lug) for lug in lugs)}
     return frozenset(pairs | at_lugs)
+
+
+def _inner_corners(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[tuple[int, int, float]]:
+    """Return the two faces beside each inner corner of a solid, sharp or filled, and its length, mm; none at bolts."""
+    own = np.arange(len(graph.solid_names)) == solid
+    strips, length, bolts = find_strips(graph, trimmed, own), edge_lengths(graph), hexagon_faces(graph, trimmed, solid)
+    edges = find_concave_edges(graph, own, but=drawn_beads(graph, strips)).pieces
+    corners = [*zip(edges.wall.tolist(), edges.base.tolist(), length[edges.edge].tolist(), strict=True)]
+    corners += [(*strip.sides, float(length[list(strip.edges[0])].sum())) for strip in strips]
+    return [corner for corner in corners if bolts.isdisjoint(corner[:2])]
 
 
 def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
@@ -261,6 +270,9 @@ def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
         corners = counted(count, "inner corner")
         text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
         told.append(Issue("one-piece", text, (name,)))
+    if len(graph.solid_names) == 1 and not len(find_concave_edges(graph).pieces):
+        name = graph.solid_names[0]
+        return [Issue("no-seam", f"no seam: {name} is one solid without an inner corner", (name,))]
     return told
 
 
@@ -274,4 +286,9 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
     most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
     pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
     asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
-    return [(solid, count, why) for solid, count, why in asked if why is not None]
+    screwed = "those that may be welds are round the heads of bolts, or nuts"
+    return [
+        (solid, count, why or screwed)
+        for solid, count, why in asked
+        if why is not None or hexagon_faces(graph, trimmed, solid)
+    ]
