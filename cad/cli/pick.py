@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.pick_start import PickAsked, pick_options, start
-from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
+from cad.pick.address import LOCAL, NETWORK_WARNING, listen, opening_file, qr_code
 from wpcal.cli.option_groups import command
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def pick(ctx: click.Context, /, *, host: str, port: int, browser: bool, **asked:
     page = build_pick_page(
         session.part, session.options, notes=found.notes, revision=session.seams_revision, robot=found.robot
     )
-    server = PickServer(session, found.table, page, seams=found.seams, host=host, port=port, watch=found.watch)
+    server = PickServer(session, found.table, page, seams=found.seams, at=listen(host, port), watch=found.watch)
     try:
         serve(server, wanted.part_step.name, browser=browser and _has_screen())
     finally:

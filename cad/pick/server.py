@@ -34,7 +34,7 @@ from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from cad.pick.address import LOCAL, listen
+from cad.pick.address import LOCAL, Listening, listen
 from cad.pick.draft import Keyed
 from cad.pick.patience import ImpatientProtocol
 from cad.pick.shared_seams import SharedSeams
@@ -66,7 +66,7 @@ _log = logging.getLogger("wpcal.pick")
 class PickServer:
     """A page and a session at an address. The address is known at once; it answers after `run` is called.
 
-    Raises `InputError` when the host is not an address of this machine, or the port cannot be opened.
+    `at`: By default a free port, which only this machine reaches.
     """
 
     def __init__(
@@ -76,11 +76,10 @@ class PickServer:
         page: str,
         *,
         seams: SharedSeams | None = None,
-        host: str = LOCAL,
-        port: int = 0,
+        at: Listening | None = None,
         watch: Watch | None = None,
     ) -> None:
-        listening = listen(host, port)
+        listening = at or listen(LOCAL, 0)
         self._socket, self.is_local = listening.socket, listening.is_local
         token = secrets.token_urlsafe(TOKEN_BYTES)
         self.url = f"http://{listening.hosts[0]}/{token}/"

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from picker_server import WHOLE_REQUEST_S, Running, serving
 
-from cad.pick.server import LARGEST_BYTES, PickServer
+from cad.pick.address import LOCAL, listen
+from cad.pick.server import LARGEST_BYTES
 from cad.session.part import PickPart
 from cad.session.rows import NEW_COLUMNS
 from wpcal.core.errors import InputError
@@ -113,4 +114,4 @@ def test_rows_are_fitted(running: Running) -> None:
 
 def test_a_port_that_is_taken_is_said(running: Running) -> None:
     with pytest.raises(InputError, match=f"port {running.port}: address already in use"):
-        PickServer(running.session, running.table, "", port=running.port)
+        listen(LOCAL, running.port)

@@ -2,10 +2,11 @@
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
-from build123d import Box, Pos
+from build123d import Box, Pos, Vector
 
 import cad
 from cad.workpiece.calibrate import WorkpieceCalibration
@@ -54,13 +55,37 @@ def test_planes_are_of_a_seam_or_of_its_frames(found: WorkpieceCalibration) -> N
         cad.seam_planes(found)  # type: ignore[arg-type]
 
 
+class Frame(SimpleNamespace):
+    """A table as pandas has one."""
+
+    def __getitem__(self, name: str) -> Any:
+        return self.columns[name]
+
+
+def test_a_table_in_memory_means_what_its_file_means() -> None:
+    """Which points only test the fit, how exact each is, and what was touched: none of it may be lost."""
+    table = {
+        "Name": ["V2", "V4", "top"],
+        **{f"{x} [mm]": [1.25, 2.5, 3.75] for x in "XYZ"},
+        "feature": ["V2", "V4", float("nan")],
+        "use": ["yes", "check", None],
+        "sigma_mm": [0.1, 0.2, 0.3],
+        "kind": ["point", "point", "plane"],
+        **{f"model_{x}_mm": [float("nan")] * 2 + [7.0] for x in "xyz"},
+    }
+    taught = taught_points(Frame(columns=table))  # type: ignore[arg-type]
+    assert (taught.features, taught.use) == (("V2", "V4", ""), ("yes", "check", "yes"))
+    assert [kind.value for kind in taught.kinds] == table["kind"]
+    assert (taught.p_part[2].tolist(), taught.covariances[1, 0, 0]) == ([7.0] * 3, pytest.approx(0.04))  # type: ignore[index]
+
+
 def test_points_come_in_any_form(tmp_path: Path) -> None:
     names, p = list(TOUCHED), np.array(list(TOUCHED.values()))
     rows = "".join(f"{name},{x},{y},{z}\n" for name, (x, y, z) in TOUCHED.items())
     (tmp_path / "taught.csv").write_text("name,x_mm,y_mm,z_mm\n" + rows)
     table = {"name": names, "x_mm": p[:, 0], "y_mm": p[:, 1], "z_mm": p[:, 2]}
-    frame = type("Frame", (SimpleNamespace,), {"__getitem__": lambda self, key: table[key]})(columns=list(table))
-    for given in (TOUCHED, frame, str(tmp_path / "taught.csv")):
+    vectors = {name: Vector(*position) for name, position in TOUCHED.items()}
+    for given in (TOUCHED, vectors, Frame(columns=table), str(tmp_path / "taught.csv")):
         taught = taught_points(given)  # type: ignore[arg-type]
         assert (taught.names, taught.p_base.tolist()) == (tuple(names), p.tolist())
     alone = taught_points(p)
@@ -74,7 +99,8 @@ def test_points_come_in_any_form(tmp_path: Path) -> None:
         ({"V1": (1, 2)}, "taught points"),
         ({"V1": (1, 2, "x")}, "taught points"),
         ([[1, 2, float("nan")]], "taught points"),
-        (SimpleNamespace(columns=["x_mm"]), "no column name"),
+        (Frame(columns={"x_mm": [1]}), "missing column name"),
+        ({1: (1, 2, 3), 2: (4, 5)}, "taught points"),
         (None, "taught points"),
     ],
 )

@@ -17,7 +17,7 @@ from tests.running import FINISHED, run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_results_files import DIGITS_MM, WRITERS
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.calibrate import Criterion, TeachingError, Touches, calibrate
+from wpcal.calibrate import CalibrationResult, Criterion, TeachingError, Touches, calibrate
 from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.solve.touches import Pose, fit_squares
@@ -200,19 +200,18 @@ def twice_touched() -> TouchPlan:
     return replace(PLAN, searches=(*PLAN.searches, *more))
 
 
+def calibrated(tee: Workpiece, plan: TouchPlan, stored: dict) -> CalibrationResult:  # type: ignore[type-arg]
+    paired, at = pair_results(plan, _results(plan, stored)), nominal_place(plan)
+    own = prepare_fit(paired.taught, tee, T_nominal_part=at, silent=paired.silent)
+    return calibrate(own.fitted, criterion=Criterion.WEIGHTED, T_nominal_part=at, tolerance_mm=1.5, silent=own.silent)
+
+
 @pytest.mark.parametrize("missed", few([True, False], 1))
 def test_a_missed_search_shows_that_the_part_is_turned(tee: Workpiece, missed: bool) -> None:
     """Turned by 180 degrees the tee has the same faces but for its hole: only the search in it finds nothing."""
     plan = twice_touched()
     stored = {s.name: touched(tee, s, MOVED) for s in plan.searches}
-    if missed:
-        stored["T8"] = Outcome.MISSED  # type: ignore[assignment]
-    paired = pair_results(plan, _results(plan, stored))
-    nominal = nominal_place(plan)
-    observed = prepare_fit(paired.taught, tee, T_nominal_part=nominal, silent=paired.silent)
-    found = calibrate(
-        observed.fitted, criterion=Criterion.WEIGHTED, T_nominal_part=nominal, tolerance_mm=1.5, silent=observed.silent
-    )
+    found = calibrated(tee, plan, {**stored, "T8": Outcome.MISSED} if missed else stored)
     assert found.verdict == ("UNSURE" if missed else "PASS")
     assert ("silent-search" in [issue.code for issue in found.issues]) is missed
 
@@ -221,13 +220,7 @@ def test_a_search_that_rightly_found_nothing_is_no_evidence(tee: Workpiece) -> N
     plan = twice_touched()
     away = RigidTransform(np.eye(3), np.array([7.0, 0.0, 0.0]), "part", "part")  # the hole is 7 mm beside its search
     stored = {s.name: touched(tee, s, away) for s in plan.searches if s.name != "T8"}
-    paired = pair_results(plan, _results(plan, {**stored, "T8": Outcome.MISSED}))
-    nominal = nominal_place(plan)
-    observed = prepare_fit(paired.taught, tee, T_nominal_part=nominal, silent=paired.silent)
-    found = calibrate(
-        observed.fitted, criterion=Criterion.WEIGHTED, T_nominal_part=nominal, tolerance_mm=1.5, silent=observed.silent
-    )
-    assert found.verdict == "PASS"
+    assert calibrated(tee, plan, {**stored, "T8": Outcome.MISSED}).verdict == "PASS"
 
 
 def test_touches_of_another_face_are_no_pass(tee: Workpiece, exact: dict[str, FloatArray]) -> None:
@@ -235,11 +228,7 @@ def test_touches_of_another_face_are_no_pass(tee: Workpiece, exact: dict[str, Fl
     stored = {s.name: touched(tee, s) for s in plan.searches}
     for name in ("T6", "T6b"):  # a clamp before the face
         stored[name] = stored[name] - 5.0 * plan.search(name).direction
-    paired = pair_results(plan, _results(plan, stored))
-    nominal = nominal_place(plan)
-    observed = prepare_fit(paired.taught, tee, T_nominal_part=nominal)
-    found = calibrate(observed.fitted, criterion=Criterion.WEIGHTED, T_nominal_part=nominal, tolerance_mm=1.5)
-    assert found.verdict == "FAIL"
+    assert calibrated(tee, plan, stored).verdict == "FAIL"
 
 
 def test_the_planned_normal_decides_between_two_faces_of_an_edge(tee: Workpiece, exact: dict[str, FloatArray]) -> None:

@@ -62,7 +62,8 @@ def test_motions_are_exact_without_noise() -> None:
         )
 
 
-def test_two_parts_of_the_error_add_up_to_the_whole() -> None:
+def test_the_parts_of_the_error_are_within_the_whole() -> None:
+    """Uprights touched on their large faces only: along the seam nothing holds them but the tacks."""
     rng = np.random.default_rng(4)
     part = uprights(2)
     true = part.drawn(rng)
@@ -70,6 +71,7 @@ def test_two_parts_of_the_error_add_up_to_the_whole() -> None:
     errors = meeting_errors(found, _meeting(part, found))
     assert (errors.placing_mm <= errors.total_mm + 1e-9).all()
     assert (errors.unseen_mm <= errors.total_mm + 1e-9).all()
+    assert (errors.across_mm < errors.total_mm / 2.0).all()
     assert (errors.placing_mm + errors.unseen_mm >= errors.total_mm - 1e-9).all()
     values = np.linalg.eigvalsh(found.covariance - found.unseen)
     assert values.min() > -1e-9
@@ -158,16 +160,6 @@ def _meeting(part: Weldment, found: BodiesFit) -> MeetingPoints:
     up = motions.turned(base, np.tile([0.0, 0.0, 1.0], (len(points), 1)))
     p = motions.T_base_part.inverse().apply(_on_seams(part, motions, points))
     return MeetingPoints(p, body, base, n, up, x, np.ones(len(points), dtype=bool))
-
-
-def test_the_error_across_a_seam_is_a_part_of_the_whole() -> None:
-    """Uprights touched on their large faces only: along the seam nothing holds them but the tacks."""
-    rng = np.random.default_rng(14)
-    part = uprights(2)
-    true = part.drawn(rng)
-    found = part.fitted(part.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
-    errors = meeting_errors(found, _meeting(part, found))
-    assert (errors.across_mm < errors.total_mm / 2.0).all()
 
 
 @pytest.mark.parametrize("is_stated", few([False, True], 1))

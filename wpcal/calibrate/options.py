@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.solver_report import Solver
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.options import opt
+
+if TYPE_CHECKING:
+    from wpcal.calibrate.observe.touches import Touches
+    from wpcal.core.arrays import FloatArray
+    from wpcal.core.pairs import PointPairs
+    from wpcal.core.transform import RigidTransform
+    from wpcal.optim.annealing import AnnealingSchedule
 
 TOLERANCE_MM = 0.5  #: Allowed error, mm: what a fillet weld of common size takes without seam tracking.
 
@@ -33,3 +42,16 @@ class FitOptions:
     seed: int = opt(0, "Seed of all random numbers.", least=0)
     teaching: TeachingError = field(default_factory=TeachingError)
     certify: bool = opt(False, "Close the gap to the lower bound by branch and bound (slow).")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known besides the fitted observations; see `wpcal.calibrate.run.calibrate`."""
+
+    check: PointPairs | Touches | None
+    T_nominal_part: RigidTransform | None
+    nominal: RigidTransform  #: The identity where no place is given.
+    schedule: AnnealingSchedule | None
+    seam_points: FloatArray | None
+    features: Mapping[str, FloatArray]
+    postures: Mapping[str, FloatArray]

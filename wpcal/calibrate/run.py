@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,7 +15,7 @@ from wpcal.calibrate.errors.prediction import SigmaSource, TeachingError
 from wpcal.calibrate.observe.points import PointProblem, search_points
 from wpcal.calibrate.observe.touch_problem import search_touches
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.calibrate.options import TOLERANCE_MM, FitOptions
+from wpcal.calibrate.options import TOLERANCE_MM, FitOptions, Known
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solve.least_squares import require_spread
 from wpcal.calibrate.solver_report import Solver, SolverReport
@@ -113,7 +113,7 @@ def calibrate(
     model = teaching or TeachingError()
     given = None if seam_points is None else as_points(seam_points, name="seam points")
     asked = FitOptions(criterion=criterion, solver=solver, seed=seed, teaching=model, certify=certify)
-    known = _Known(check, T_nominal_part, nominal, schedule, given, features or {}, postures or {})
+    known = Known(check, T_nominal_part, nominal, schedule, given, features or {}, postures or {})
     problem, report, evidence = _problem(observed, asked, known)
     fit_by = cache(problem.fit)
     fit = fit_by(criterion or (Criterion.WEIGHTED if problem.has_covariances else Criterion.LEAST_SQUARES))
@@ -211,47 +211,16 @@ def _by_seam(points: FloatArray, names: Sequence[str]) -> tuple[tuple[str, Float
     return tuple((name, points[each]) for name, each in rows.items())
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Known:
-    """What is known besides the fitted observations; see `calibrate`."""
-
-    check: PointPairs | Touches | None
-    T_nominal_part: RigidTransform | None
-    nominal: RigidTransform  #: The identity where no place is given.
-    schedule: AnnealingSchedule | None
-    seam_points: FloatArray | None
-    features: Mapping[str, FloatArray]
-    postures: Mapping[str, FloatArray]
-
-
 def _problem(
-    observed: PointPairs | Touches, asked: FitOptions, known: _Known
+    observed: PointPairs | Touches, asked: FitOptions, known: Known
 ) -> tuple[FitProblem, SolverReport, TouchEvidence | None]:
     """Search the pose where a search is needed, and return the problem that every criterion fits."""
-    check = known.check
     if isinstance(observed, Touches):
-        return search_touches(
-            observed,
-            nominal=known.T_nominal_part,
-            solver=asked.solver,
-            schedule=known.schedule,
-            seed=asked.seed,
-            teaching=asked.teaching,
-            seam_points=known.seam_points,
-            check=check if isinstance(check, Touches) else None,
-            postures=known.postures,
-        )
+        return search_touches(observed, asked, known)
     minimax, report = None, SolverReport(Solver.EXACT, "closed form and local refinement", asked.seed)
     if asked.criterion is Criterion.MINIMAX:
-        minimax, report = search_points(
-            observed,
-            nominal=known.nominal,
-            solver=asked.solver,
-            schedule=known.schedule,
-            seed=asked.seed,
-            certify=asked.certify,
-        )
-    points_checked = check if isinstance(check, PointPairs) else None
+        minimax, report = search_points(observed, asked, known)
+    points_checked = known.check if isinstance(known.check, PointPairs) else None
     places = FeaturePlaces.of(known.features) if known.features else None
     found = (observed, asked.teaching, asked.seed, minimax, points_checked, places, known.postures, known.nominal)
     return PointProblem(*found), report, None

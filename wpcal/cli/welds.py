@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -160,9 +160,12 @@ def welds(
     record = welds_record(found.welds, (*found.left, *found.not_chosen), table)
     page = None
     if html is not None:
+        from wpcal.pages.welds import build_welds_page
+
         command = ["wpcal", "welds", str(folder), "-o", str(output or "welds.json"), *rules.words(), *selection.words()]
         plain = _find(finished, chosen, table, [replace(one, user={}) for one in stated.welds], source=stated.source)
-        page = _page(folder, record, welds_record(plain.welds, (), table), chosen, command)
+        ruled = welds_record(plain.welds, (), table)
+        page = build_welds_page(record, ruled, chosen, folder=folder.name or str(folder), command=command)
     if output is not None:
         write_file(output, to_json(record), overwrite=True)
     if page is not None and html is not None:
@@ -203,22 +206,6 @@ def _find(
         stated=stated,
         names={seam.name for seam in chosen.seams},
         stated_in=source,
-    )
-
-
-def _page(
-    folder: Path, record: dict[str, Any], plain: dict[str, Any], chosen: FinishedCalibration, command: list[str]
-) -> str:
-    from wpcal.pages.welds import build_welds_page
-
-    return build_welds_page(
-        record,
-        plain,
-        chosen.seams,
-        chosen.T_base_part,
-        part_glb=chosen.part_glb,
-        folder=folder.name or str(folder),
-        command=command,
     )
 
 

@@ -6,16 +6,14 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from wpcal.controllers.language.grammar import ENCODING
-from wpcal.controllers.registry import Controller, controller_named, controllers
+from wpcal.controllers.registry import Controller, controllers
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.wording import listed
 from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchSetup
 
 
-def read_touch_results(
-    path: Path, plan: TouchPlan, setup: TouchSetup | None = None, *, controller: str | None = None
-) -> SearchResults:
+def read_touch_results(path: Path, plan: TouchPlan, setup: TouchSetup | None = None) -> SearchResults:
     """Read what a controller stored when it ran the searches of a plan.
 
     Raises `InputError` when no controller stores results in such files, or they cannot be used.
@@ -24,7 +22,7 @@ def read_touch_results(
     ``numreg.va``) one is named, and the other is beside it.
     """
     known = [each for each in controllers() if each.touch_results_reader is not None]
-    chosen = [controller_named(controller)] if controller else _claiming(path, known)
+    chosen = _claiming(path, known)
     if not chosen:
         patterns = listed(sorted({name for each in known for name in each.touch_results}))
         raise InputError(f"{path}: is not a file in which a touch program stores its results; expected {patterns}")

@@ -28,9 +28,7 @@ OF_BODIES = {"across": "u95_across_mm", "placing": "u95_placing_mm", "unseen": "
 """Columns of seams between bodies that moved."""
 
 
-def build_report(
-    calibration: dict[str, Any], seams: dict[str, Any], part_glb: bytes | None = None, *, path: str = "seams.json"
-) -> str:
+def build_report(calibration: dict[str, Any], seams: dict[str, Any], part_glb: bytes | None = None) -> str:
     """Return the page of a calibration. A self-contained HTML file, the same for the same records.
 
     Raises `FormatError` if a record lacks a field, or `part_glb` is not a mesh of wpcal.
@@ -44,7 +42,7 @@ def build_report(
         T_base_part = RigidTransform.from_matrix(calibration["T_base_part"], target="base", source="part")
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
-        raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=path) from None
+        raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path="seams.json") from None
     data: dict[str, Any] = {
         "calibration": calibration,
         "seams": heads,

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.schemas import schema_text
-from wpcal.core.transform import RigidTransform
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import PLACE_DIGITS, TURN_DIGITS
-from wpcal.seam.seam import Seam
+from wpcal.results.folder import FinishedCalibration
 from wpcal.weld.record import OWN_FILES, WELDS_SCHEMA
 from wpcal.weld.values import VALUE_NAMES
 
@@ -44,10 +43,8 @@ UNITS = {"_m_min": "m/min", "_mm_s": "mm/s", "_mm": "mm", "_deg": "°", "_s": "s
 def build_welds_page(
     record: Mapping[str, Any],
     rules: Mapping[str, Any],
-    seams: Sequence[Seam],
-    T_base_part: RigidTransform,
+    chosen: FinishedCalibration,
     *,
-    part_glb: bytes | None,
     folder: str,
     command: Sequence[str],
 ) -> str:
@@ -55,9 +52,9 @@ def build_welds_page(
 
     Returns str. A self-contained HTML file, the same for the same record.
     """
-    by_name = {seam.name: seam for seam in seams}
+    by_name = {seam.name: seam for seam in chosen.seams}
     given = {weld["name"]: {"values": weld["values"], "origin": weld["origin"]} for weld in rules["welds"]}
-    T_part_base = T_base_part.inverse()
+    T_part_base = chosen.T_base_part.inverse()
     entries, lines = [], []
     for weld in record["welds"]:
         seam = by_name[weld["name"]]
@@ -76,8 +73,8 @@ def build_welds_page(
         "fields": value_fields(),
     }
     blobs = {"lines": json_blob(lines)}
-    if part_glb is not None:
-        blobs["part"] = part_glb
+    if chosen.part_glb is not None:
+        blobs["part"] = chosen.part_glb
     return build_page(title=f"Welds of {folder}", entry="welds", body=BODY, data=data, blobs=blobs)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, as_points
+from wpcal.core.cells import column_name
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes, sha256_of
@@ -20,11 +21,12 @@ from wpcal.core.readings import postures_of_readings
 from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.rotations import rx_ry_rz_deg
 from wpcal.core.tables import Table, parse_table
-from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
+from wpcal.taught.columns import COVARIANCE_COLUMNS, MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
 from wpcal.taught.features.reference import ReferenceFeature, point_named
 from wpcal.taught.kinds import KINDS, TouchKind
 
 TAUGHT_SCHEMA = "wpcal/taught/1"
+MISSING = {"nan", "None", "<NA>", "NaT"}  #: How the libraries of tables write an empty cell as text.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,32 +111,42 @@ Taught: TypeAlias = Path | str | TaughtPoints | Mapping[str, ArrayLike] | ArrayL
 def taught_points(given: Taught) -> TaughtPoints:
     """Return taught points from what a script gives.
 
-    A table (such as a DataFrame) has the columns name, x_mm, y_mm, z_mm and, if wanted, feature. Positions have the
-    shape (n, 3), in `base`, mm; those alone are P1, P2, …, and their features are not known.
+    A table (such as a DataFrame) has the columns of a file of taught points, and means what the file means. Positions
+    have the shape (n, 3), in `base`, mm; a position is anything that lists three numbers, as a `build123d.Vector`.
+    Positions alone are P1, P2, …, and their features are not known.
 
     Raises `InputError` when positions are not numbers of that shape, and what `read_taught` raises for a file.
     """
     if isinstance(given, TaughtPoints):
         return given
     if isinstance(given, str | Path):
-        return read_taught(Path(given))
+        return read_taught(given)
     if isinstance(given, Mapping):
-        positions: Any = list(given.values())
-        return TaughtPoints.of_features(list(given), positions)
+        return TaughtPoints.of_features(list(map(str, given)), _positions(given.values()))
     columns: Any = getattr(given, "columns", None)
-    if columns is None:
-        points = as_points(given, name="taught points")
-        named = TaughtPoints.of_features([f"P{row}" for row in range(1, len(points) + 1)], points)
-        return replace(named, features=("",) * len(points))
-    missing = [name for name in ("name", "x_mm", "y_mm", "z_mm") if name not in columns]
-    if missing:
-        raise InputError(f"taught points: no column {missing[0]}; expected name, x_mm, y_mm, z_mm")
-    table: Any = given
-    named = TaughtPoints.of_features(list(map(str, table["name"])), np.column_stack([table[f"{x}_mm"] for x in "xyz"]))
-    return replace(named, features=tuple(map(str, table["feature"]))) if "feature" in columns else named
+    if columns is not None:
+        return taught_from_table(_table_of(columns, given))
+    points = as_points(_positions(given), name="taught points")
+    named = TaughtPoints.of_features([f"P{row}" for row in range(1, len(points) + 1)], points)
+    return replace(named, features=("",) * len(points))
 
 
-def read_taught(path: Path) -> TaughtPoints:
+def _positions(given: Any) -> Any:
+    """Return positions as NumPy takes them; it does not list the numbers of a position of another library."""
+    if not isinstance(given, Iterable):
+        return given
+    return [list(p) if isinstance(p, Iterable) else p for p in given]
+
+
+def _table_of(columns: Iterable[Any], given: Any) -> Table:
+    """Return the cells of a table of another library as text; values that are missing are empty cells."""
+    texts = {column_name(str(name)): [str(cell).strip() for cell in given[name]] for name in columns}
+    cells = {name: ["" if text in MISSING else text for text in column] for name, column in texts.items()}
+    rows = max(map(len, cells.values()), default=0)
+    return Table("taught points", cells, tuple(range(1, rows + 1)), "")
+
+
+def read_taught(path: Path | str) -> TaughtPoints:
     """Read ``name,x_mm,y_mm,z_mm[,feature][,model_x_mm,model_y_mm,model_z_mm][,use][,sigma_mm][,robot_space]…``.
 
     Six columns of a covariance can replace ``sigma_mm``, see `wpcal.taught.columns.covariances_of_table`. If the file
@@ -149,7 +161,7 @@ def read_taught(path: Path) -> TaughtPoints:
     unknown.
     Raises `FrameError` when one file holds points of the nominal and of the identified robot.
     """
-    raw = read_bytes(path)
+    raw = read_bytes(Path(path))
     return replace(taught_from_table(parse_table(raw, path=str(path))), sha256=sha256_of(raw))
 
 
@@ -286,24 +298,43 @@ def _feature_point(taught: TaughtPoints, features: Sequence[ReferenceFeature], n
 
 
 def taught_csv(taught: TaughtPoints) -> str:
-    """Return the table that `read_taught` reads: name, coordinates in `base`, feature, posture, robot space.
+    """Return the table that `read_taught` reads. Columns that say nothing of any point are left out.
 
-    The posture is left out where no row has one, the robot space where it is the nominal one.
+    Two things of a touch program have no column: the normals of the faces, and which errors the points share.
     """
-    space = [] if taught.space is RobotSpace.NOMINAL else [taught.space.value]
-    postures = taught.postures
-    angles = ANGLE_COLUMNS if postures else ()
-    rows = [["name", *TAUGHT_COLUMNS, "feature", *angles, *(["robot_space"] if space else [])]]
-    for name, p, feature in zip(taught.names, taught.p_base, taught.features, strict=True):
-        posture = [""] * len(angles)
-        if name in postures:
-            posture = [f"{v:.4f}" for v in rx_ry_rz_deg(postures[name])]
-        rows.append([name, *(f"{v:.6f}" for v in p), feature, *posture, *space])
-    return csv_text(rows)
+    n = len(taught.names)
+    columns = {"name": list(taught.names)} | _numbers(TAUGHT_COLUMNS, taught.p_base)
+    if taught.kinds or np.isnan(taught.p_part).all():  # a point of a file without kinds has one or the other
+        columns["feature"] = list(taught.features)
+    columns |= _numbers(MODEL_COLUMNS, taught.p_part) | _words("kind", [kind.value for kind in taught.kinds], "")
+    if taught.kinds and taught.radius_mm is not None:
+        columns |= _numbers(("radius_mm",), taught.radius_mm[:, None])
+    columns |= _words("use", taught.use, "yes")
+    if taught.covariances is not None:
+        rows, across = np.triu_indices(3)  # as `COVARIANCE_COLUMNS`
+        columns |= _numbers(COVARIANCE_COLUMNS, taught.covariances[:, rows, across], digits=12)
+    columns |= _words("tcp_bias_mm", [f"{taught.tcp_bias_mm:.6f}"] * n, f"{0:.6f}")
+    if taught.R_base_tool is not None:
+        columns |= _numbers(ANGLE_COLUMNS, rx_ry_rz_deg(taught.R_base_tool), digits=4)
+    columns |= _words("robot_space", [taught.space.value] * n, RobotSpace.NOMINAL.value)
+    return csv_text([columns, *zip(*columns.values(), strict=True)])
+
+
+def _words(name: str, words: Sequence[str], usual: str) -> dict[str, list[str]]:
+    """Return a column of words; nothing if all are the usual one."""
+    return {} if set(words) <= {usual} else {name: list(words)}
+
+
+def _numbers(names: Sequence[str], values: FloatArray, *, digits: int = 6) -> dict[str, list[str]]:
+    """Return columns of numbers, empty where a number is NaN; nothing if all are."""
+    if np.isnan(values).all():
+        return {}
+    cells = [["" if np.isnan(v) else f"{v:.{digits}f}" for v in column] for column in values.T.tolist()]
+    return dict(zip(names, cells, strict=True))
 
 
 def taught_record(taught: TaughtPoints) -> dict[str, Any]:
-    """Return the record ``wpcal/taught/1``: what `taught_csv` writes, as plain values."""
+    """Return the record ``wpcal/taught/1`` of the points of a program, which state neither kinds nor uses."""
     points = []
     for name, p, feature in zip(taught.names, taught.p_base.tolist(), taught.features, strict=True):
         posture = taught.postures.get(name)

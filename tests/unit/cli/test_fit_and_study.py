@@ -89,13 +89,6 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("command", ["fit", "study"])
-def test_a_process_ends_with_code_2_and_one_line(tmp_path, command):
-    done = run_process(command, tmp_path / "none.csv")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"wpcal: {tmp_path / 'none.csv'}: no such file or directory\n"
-
-
 BAD_FOR_STUDY = {name: case for name, case in BAD.items() if name != "metres"}  # it uses the shape of the points only
 
 

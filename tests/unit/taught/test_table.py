@@ -1,5 +1,6 @@
 """The file of taught points: columns, uses and the robot's space."""
 
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from wpcal.core.arrays import frozen
 from wpcal.core.errors import FormatError, FrameError, InputError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.taught.features import FeatureKind, ReferenceFeature
-from wpcal.taught.table import TaughtPoints, pair_points, read_taught
+from wpcal.taught.table import TaughtPoints, pair_points, read_taught, taught_csv
 
 CORNERS = np.array([[0, 0, 0], [10, 0, 0], [0, 20, 0], [0, 0, 30]], dtype=float)
 FEATURES = tuple(
@@ -81,3 +82,22 @@ def test_touched_features_of_a_script() -> None:
     np.testing.assert_array_equal(pairs.p_target - pairs.p_source, np.full((3, 3), 5.0))
     with pytest.raises(InputError, match="2 names and 3"):
         TaughtPoints.of_features(["V1", "V2"], CORNERS[:3])
+
+
+@pytest.mark.parametrize(
+    ("columns", "first", "second"),
+    [
+        ("feature,use", "V1,yes", ",check"),
+        ("model_x_mm,model_y_mm,model_z_mm,sigma_mm,tcp_bias_mm", "1.5,2,3,0.25,0.125", "4,5,6,0.5,0.125"),
+        ("kind,feature,model_x_mm,model_y_mm,model_z_mm,radius_mm", "plane,,1,2,3,2.5", "hole,H2,,,,"),
+        ("rx_deg,ry_deg,rz_deg,robot_space", "10,20,30,identified", ",,,identified"),
+        (",".join(f"cov_{axes}_mm2" for axes in ("xx", "xy", "xz", "yy", "yz", "zz")), "4,1,0,5,2,6", "1,0,0,1,0,1"),
+    ],
+)
+def test_what_is_read_is_written_and_read_again(tmp_path: Path, columns: str, first: str, second: str) -> None:
+    rows = f"name,x_mm,y_mm,z_mm,{columns}", f"A,1.25,2,3,{first}", f"B,4,5,6,{second}"
+    taught = read_taught(written(tmp_path, *rows))
+    again = read_taught(written(tmp_path, taught_csv(taught)))
+    for field in fields(TaughtPoints):
+        if field.name != "sha256":
+            np.testing.assert_array_equal(getattr(again, field.name), getattr(taught, field.name), field.name)

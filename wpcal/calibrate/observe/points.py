@@ -14,6 +14,7 @@ from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motio
 from wpcal.calibrate.errors.linear_fit import LinearFit
 from wpcal.calibrate.errors.prediction import TeachingError, postures_of
 from wpcal.calibrate.errors.robot_field import ResidualRows
+from wpcal.calibrate.options import FitOptions, Known
 from wpcal.calibrate.solve.annealed import anneal_pairs
 from wpcal.calibrate.solve.error_rows import ErrorRows
 from wpcal.calibrate.solve.least_squares import (
@@ -229,20 +230,13 @@ def _not_proved(fit: CriterionFit) -> Issue:
     return Issue("not-proved", message)
 
 
-def search_points(
-    pairs: PointPairs,
-    *,
-    nominal: RigidTransform,
-    solver: Solver,
-    schedule: AnnealingSchedule | None,
-    seed: int,
-    certify: bool,
-) -> tuple[MinimaxSolution, SolverReport]:
+def search_points(pairs: PointPairs, asked: FitOptions, known: Known) -> tuple[MinimaxSolution, SolverReport]:
     """Search the least largest distance and polish it to the certified optimum. `pairs`: mm."""
-    if solver is Solver.EXACT:
+    nominal, certify, seed = known.nominal, asked.certify, asked.seed
+    if asked.solver is Solver.EXACT:
         found = solve_minimax(pairs, certify=certify, nominal=nominal)
-        return found, SolverReport(solver, "interior point", seed, starts=found.starts)
-    chosen = schedule or AnnealingSchedule.default()
+        return found, SolverReport(asked.solver, "interior point", seed, starts=found.starts)
+    chosen = known.schedule or AnnealingSchedule.default()
     T, run = anneal_pairs(pairs, nominal=nominal, schedule=chosen, seed=seed)
     found = solve_minimax(pairs, start=T, certify=certify, nominal=nominal)
     report = SolverReport.of_run(

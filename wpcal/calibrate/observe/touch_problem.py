@@ -13,6 +13,7 @@ from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motio
 from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.errors.prediction import TeachingError, postures_of
 from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.options import FitOptions, Known
 from wpcal.calibrate.solve.starts import PoseSearch, search_pose, two_places
 from wpcal.calibrate.solve.touches import Pose, fit_minimax, fit_squares, scaled_jacobian
 from wpcal.calibrate.solver_report import Solver, SolverReport
@@ -187,48 +188,39 @@ def touches_have_heavy_tails(touches: Touches, fit: Pose) -> bool:
 
 
 def search_touches(
-    touches: Touches,
-    *,
-    nominal: RigidTransform | None,
-    solver: Solver,
-    schedule: AnnealingSchedule | None,
-    seed: int,
-    teaching: TeachingError,
-    seam_points: FloatArray | None = None,
-    check: Touches | None = None,
-    postures: Mapping[str, FloatArray] | None = None,
+    touches: Touches, asked: FitOptions, known: Known
 ) -> tuple[TouchProblem, SolverReport, TouchEvidence]:
     """Search the pose of the touches, and check that they hold the part in one place.
 
-    `seam_points`: shape (k, 3). Part frame, mm: where two places are compared. By default the touched points.
-    `postures`: shape (3, 3). The axes of the tool in the base, by the names of the touches.
     Raises `GeometryError` when a motion of the part is not held (the message names it), or two places fit equally well.
     """
     if len(touches) < 3:
         raise GeometryError(f"{len(touches)} touches cannot hold a part; six on three faces do (3-2-1)")
+    nominal, teaching, seam_points = known.T_nominal_part, asked.teaching, known.seam_points
     place = None if nominal is None else RigidTransform(nominal.R, nominal.t_mm, "base", "part")
-    chosen = (schedule or AnnealingSchedule.default()) if solver is Solver.ANNEALING else None
+    chosen = (known.schedule or AnnealingSchedule.default()) if asked.solver is Solver.ANNEALING else None
+    check = known.check if isinstance(known.check, Touches) else None
     found = search_pose(
-        touches, nominal=place, schedule=chosen, seed=seed, sigma_mm=teaching.per_axis_mm, seam_points=seam_points
+        touches, nominal=place, schedule=chosen, seed=asked.seed, sigma_mm=teaching.per_axis_mm, seam_points=seam_points
     )
     motions = held_motions(touches, found.pose)
     if found.rival is not None:
         raise two_places(touches, found.pose, found.rival)
-    sigma_mm = teaching.tested_sigma_mm(touches.p_base, postures_of(touches.names, postures or {}))
+    sigma_mm = teaching.tested_sigma_mm(touches.p_base, postures_of(touches.names, known.postures))
     contradicted = find_contradicted(touches, found.pose, sigma_mm, check=check)
     problem = TouchProblem(
         touches,
         teaching,
-        seed,
+        asked.seed,
         found.pose,
         found.annealed,
         contradicted,
         found.evidence.rivals,
         seam_points,
-        postures or {},
+        known.postures,
         check,
     )
-    return problem, _report(found, chosen, seed), TouchEvidence(touches.words, found.evidence, motions)
+    return problem, _report(found, chosen, asked.seed), TouchEvidence(touches.words, found.evidence, motions)
 
 
 def _report(found: PoseSearch, schedule: AnnealingSchedule | None, seed: int) -> SolverReport:

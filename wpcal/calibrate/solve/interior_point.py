@@ -48,9 +48,7 @@ class InteriorPointState:
     steps: int  #: Newton steps until the last problem of the batch was done.
 
 
-def solve_interior_point(
-    p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray, *, goal: float = GOAL
-) -> InteriorPointState:
+def solve_interior_point(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> InteriorPointState:
     """Find the locally least largest distance of every problem of a batch.
 
     `p`, `q`: shape (B, n, 3). Source and target points, about their centroids, mm.
@@ -71,7 +69,7 @@ def solve_interior_point(
         kept = rows[better]
         best_R[kept], best_t[kept], best[kept] = work.R[better], work.t[better], largest[better]
         weights[rows] = work.w
-        reached = work.optimality_error() <= np.maximum(goal, work.round_off)
+        reached = work.optimality_error() <= np.maximum(GOAL, work.round_off)
         done[rows[reached]] = True
         if reached.any():
             rows = rows[~reached]

@@ -113,7 +113,7 @@ def solve_minimax(
     )
 
 
-def core_subset(p: FloatArray, q: FloatArray, size: int = SUBSET) -> IntArray:
+def core_subset(p: FloatArray, q: FloatArray) -> IntArray:
     """Choose the points that decide the least largest distance. Indices of the chosen points.
 
     Half of them are far out (they hold the rotation). The other half have the largest residuals of the least-squares
@@ -122,12 +122,12 @@ def core_subset(p: FloatArray, q: FloatArray, size: int = SUBSET) -> IntArray:
     `p`, `q`: shape (n, 3). Source and target points, mm.
     """
     n = len(p)
-    if n <= size:
+    if n <= SUBSET:
         return np.arange(n)
     R, t = kabsch(p, q, np.full(n, 1.0 / n))
     d = distances(p, q, R, t)
     offsets = p - p.mean(axis=0)
-    half = size // 2
+    half = SUBSET // 2
     far = np.argpartition(-np.einsum("ij,ij->i", offsets, offsets), half)[:half]
     return np.unique(np.concatenate([far, np.argpartition(-d, half)[:half]]))
 

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from wpcal.controllers.language.grammar import ENCODING, Grammar
 from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.arrays import FloatArray
@@ -36,9 +34,7 @@ def require_grammar(path: Path) -> Grammar:
     return grammar
 
 
-def read_poses_back(
-    raw: bytes, path: Path, T_base_part: RigidTransform | None, *, is_carried: bool = False
-) -> list[ReadPose]:
+def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[ReadPose]:
     """Return the poses of a program's file in `base`.
 
     Raises `InputError` when no grammar knows the suffix.
@@ -50,7 +46,7 @@ def read_poses_back(
     for point in found.points:
         if point.joints is not None or (point.fault and T_base_part is None):
             continue
-        if point.fault and not (is_carried and np.isfinite(point.p_mm).all()):
+        if point.fault:
             raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=point.line or None)
         poses.append(_in_base(point, found.frames, T_base_part))
     return poses

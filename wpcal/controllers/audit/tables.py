@@ -56,6 +56,7 @@ def read_job_files(path: Path, folder: Path | None = None) -> None:
 
 TAUGHT = TableKind("taught points", ("name", *TAUGHT_COLUMNS), read_taught)
 TABLES = (
+    TableKind("summary of a batch", ("job", "verdict", "seconds", "error"), read_numbers),
     TableKind("jobs of a batch", ("job", "part", "taught"), read_job_files),
     TableKind("point pairs", REAL_COLUMNS, read_pairs),
     TableKind("points touched by two robots", (*BASE1_COLUMNS, *BASE2_COLUMNS), read_base_points),

@@ -109,8 +109,7 @@ class DisplacedPart:
             moved = self.centre + np.einsum("kji,knj->kni", body.R, away)
             turned = np.einsum("kji,njl->knil", body.R, axes[rows]).reshape(-1, 3, 3)
             clear = np.full(len(turned), STEP_MM / 2.0)
-            where = (moved.reshape(-1, 3), turned[:, :, 2], turned[:, :, 0])
-            is_free = torch_keeps_away([body.material], torch, *where, clear, wire_mm=felt_mm)
+            is_free = torch_keeps_away([body.material], torch, moved.reshape(-1, 3), turned, clear, wire_mm=felt_mm)
             free[rows] = is_free.reshape(len(body.R), -1).all(axis=0)
         return free
 

@@ -176,7 +176,7 @@ def with_free_torch(
 def _is_free(
     materials: Sequence[Material], strokes: Strokes, torch: TorchShape, wire_mm: float, up: FloatArray, safe_mm: float
 ) -> BoolArray:
-    contacts = strokes.contacts
+    contacts, axes = strokes.contacts, tool_axes(strokes)
     free = np.ones(len(strokes), dtype=bool)
     approach = strokes.approach
     steps = [
@@ -195,8 +195,7 @@ def _is_free(
         if len(rows) == 0:
             break
         clear = contacts.normal_mm[rows] + LEAST_GAP_MM
-        where = (tips[rows], contacts.wire[rows], strokes.bend[rows])
-        free[rows] = torch_keeps_away(materials, torch, *where, clear, wire_mm=felt_mm)
+        free[rows] = torch_keeps_away(materials, torch, tips[rows], axes[rows], clear, wire_mm=felt_mm)
     return free
 
 
@@ -204,8 +203,7 @@ def torch_keeps_away(
     materials: Sequence[Material],
     torch: TorchShape,
     tips: FloatArray,
-    wire: FloatArray,
-    bend: FloatArray,
+    axes: FloatArray,
     clear_mm: FloatArray,
     *,
     wire_mm: float | None,
@@ -213,12 +211,12 @@ def torch_keeps_away(
     """Tell at which poses the torch keeps away from everything, shape (n,).
 
     `tips`: shape (n, 3). In `part`, mm.
-    `wire`, `bend`: shape (n, 3). Unit vectors: z and x of the tool.
+    `axes`: shape (n, 3, 3). Of the tool in `part`, as columns.
     `clear_mm`: shape (n,). Least distance of nozzle, neck and body.
     """
     free = np.ones(len(tips), dtype=bool)
-    back = -wire
-    frames = np.stack([bend, np.cross(back, bend), back], axis=2)
+    frames = axes * [1.0, -1.0, -1.0]  # z from the tip to the body
+    back = frames[:, :, 2]
     mouth = tips + torch.wire_mm * back
     zero = np.zeros(len(tips))
     if wire_mm is not None:

@@ -48,16 +48,8 @@ class Air:
         """
         tips, frames = poses_between(p, R, STEP_MM, STEP_RAD)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
-        free = torch_keeps_away(
-            self.materials,
-            self.torch,
-            tips,
-            frames[:, :, 2],
-            frames[:, :, 0],
-            clear,
-            wire_mm=max(self.wire_mm, STEP_MM),
-        )
-        return bool(free.all())
+        felt_mm = max(self.wire_mm, STEP_MM)
+        return bool(torch_keeps_away(self.materials, self.torch, tips, frames, clear, wire_mm=felt_mm).all())
 
     def over(self, a: FloatArray, b: FloatArray, higher_mm: float = 0.0) -> FloatArray:
         """Return the two corners of the way over the safe level, shape (2, 3)."""

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cad.batch.summary import CSV_COLUMNS
 from tests.running import run_here
 from tests.shown_programs import shown_programs
 from wpcal.controllers.audit import audit_path
 from wpcal.controllers.audit.tables import audit_table
+from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.seam.record import SEAMS_CSV_COLUMNS
@@ -135,6 +137,12 @@ def test_a_list_of_jobs_names_files_that_are_there(tmp_path: Path) -> None:
     assert (faults[0].line, faults[0].message) == (3, "gone.step: no such file or directory")
     jobs.write_text("job,part,taught\na,a.step,a.csv\n")
     assert audit_table(jobs.read_bytes(), jobs, is_named=True) == ("jobs of a batch", [])
+
+
+def test_a_summary_names_inputs_and_no_files_beside_it() -> None:
+    row = dict.fromkeys(CSV_COLUMNS, "") | {"job": "a", "verdict": "PASS", "part": "p.step", "taught": "t.csv"}
+    raw = csv_text([row, row.values()]).encode()
+    assert audit_table(raw, Path("summary.csv"), is_named=True) == ("summary of a batch", [])
 
 
 def test_a_part_without_seams_has_a_clean_table_of_them(tmp_path: Path) -> None:

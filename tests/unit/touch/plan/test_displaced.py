@@ -56,9 +56,7 @@ def test_the_torch_passes_a_displaced_part() -> None:
         R, t = exp_rotation(d[:3] * NOMINAL.sigma_rad), d[3:] * NOMINAL.sigma_mm
         p = centre + (tips - centre - t) @ R
         A = R.T @ axes
-        free = torch_keeps_away(
-            [material], options.torch, p, A[:, :, 2], A[:, :, 0], np.zeros(len(p)), wire_mm=options.wire_mm
-        )
+        free = torch_keeps_away([material], options.torch, p, A, np.zeros(len(p)), wire_mm=options.wire_mm)
         assert free.all()
 
 

@@ -12,7 +12,6 @@ from tests.few import few
 from tests.touch_parts import touch_part
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.hits import find_hits
-from wpcal.brep.material import ExactMaterial
 from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import RobotField
@@ -21,16 +20,13 @@ from wpcal.calibrate.plane_touches import Planes
 from wpcal.calibrate.solve.touches import Pose
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.core.progress import no_progress
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.plan import NominalError, Pattern, TouchOptions, plan_touches
-from wpcal.touch.plan.candidates import find_searches
 from wpcal.touch.plan.choose import TouchDesign, best_set, joint_error_of
 from wpcal.touch.plan.contacts import find_places, surface_labels
 from wpcal.touch.plan.free import find_strokes
 from wpcal.touch.plan.part import PartPlace
-from wpcal.touch.plan.plan_touches import design_of
 from wpcal.touch.searches import Contact, SearchKind, plan_from_record, touches_record
 from wpcal.touch.searches.setup import TouchSetup
 
@@ -59,18 +55,6 @@ def test_the_choice_is_the_best_of_all_sets(seed: int) -> None:
     rows, error = best_set(design, 7, slots=None, rng=np.random.default_rng(0))
     assert len(set(rows.tolist())) == 7
     assert error == pytest.approx(least, rel=SAME)
-
-
-def test_the_choice_on_a_part_is_the_best_of_all_sets() -> None:
-    part, options = touch_part("tee"), TouchOptions(touches=6)
-    place = PartPlace.of(part.trimmed, UP)
-    materials = [ExactMaterial(part.graph, part.trimmed)]
-    found = find_searches(part.graph, part.trimmed, materials, place, options, no_progress)
-    some = np.random.default_rng(0).choice(len(found.strokes), 18, replace=False)
-    design = design_of(part, found.strokes.select(some), place, options)
-    every = np.array(list(combinations(range(18), 6)))
-    _, error = best_set(design, 6, slots=None, rng=np.random.default_rng(0))
-    assert error == pytest.approx(design.largest_errors(every).min(), rel=SAME)
 
 
 def test_six_planned_touches_are_better_than_the_best_classical_pattern_where_fits_are_simulated() -> None:
