@@ -5,7 +5,7 @@ The kernel is loaded when something asks for the shapes. An answer that is kept 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 Answer = TypeVar("Answer")
 PART, MESH, LINES = "part", "mesh", "lines"
 """Questions that the file alone answers: what is in it, its triangles, and its lines in the views of a sheet."""
+SMALLEST_MM, LARGEST_MM = 3.0, 40_000.0  #: Diagonals of parts that are welded; others are rather in another unit.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +122,15 @@ class StepFile:
         with blamed_on(str(self.path)):
             graph = to_brep((solid.name, solid.shape) for solid in part.solids)
         graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
-        return PartContent(graph, part.unit, part.issues)
+        return PartContent(graph, part.unit, (*part.issues, *_size_issues(graph, part.unit)))
+
+
+def _size_issues(graph: BrepGraph, unit: str) -> Iterator[Issue]:
+    """Tell of a part that is so large or so small that the unit in its file may be wrong."""
+    if not SMALLEST_MM <= graph.size_mm <= LARGEST_MM:
+        far = f"{graph.size_mm / 1000:.3g} m" if graph.size_mm > LARGEST_MM else f"{graph.size_mm:.2g} mm"
+        text = f"the part is {far} from corner to corner; its file says {unit}: if that is wrong, export it in mm again"
+        yield Issue("size", text)
 
 
 def draw_part(file: StepFile) -> tuple[bytes | None, tuple[Issue, ...]]:

@@ -4,7 +4,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from build123d import Align, Axis, Box, Cylinder, Plane, Polyline, Pos, RegularPolygon, Sphere, extrude, make_face
+from build123d import (
+    Align,
+    Axis,
+    Box,
+    Cylinder,
+    Plane,
+    Polyline,
+    Pos,
+    RegularPolygon,
+    Sphere,
+    extrude,
+    fillet,
+    make_face,
+)
 
 from cad.kernel.to_brep import to_brep
 from tests.few import few
@@ -151,13 +164,15 @@ def test_a_plate_that_is_bent_by_45_degrees_is_welded_at_its_rib_only(radius: fl
     assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * 150.0)
 
 
-def test_nobody_welds_round_the_head_of_a_bolt_or_a_nut_that_is_one_body_with_its_plate() -> None:
+def test_nobody_welds_round_bolts_screws_and_nuts_that_are_one_body_with_their_plate() -> None:
     head = extrude(RegularPolygon(14, 6), 13)
     bolt = head + Pos(0, 0, 13) * Cylinder(8, 120, align=ALONG)
     assert not fused_seams(bolt)
     tube = Pos(0, 0, 8) * (Cylinder(40, 100, align=ALONG) - Cylinder(36, 100, align=ALONG))
     heads = [Pos(x, y, 8) * head for x in (-75, 75) for y in (-75, 75)]
-    accepted = [seam for seam in fused_seams(Box(200, 200, 8, align=ALONG) + tube + heads) if seam.accepted]
+    button = fillet((Pos(0, 0, 8) * Cylinder(9, 5, align=ALONG)).edges().sort_by(Axis.Z)[-1], 4)
+    screw = Pos(0, -75, 0) * (button + Pos(0, 0, -20) * Cylinder(6, 20, align=ALONG))
+    accepted = [seam for seam in fused_seams(Box(200, 200, 8, align=ALONG) + tube + heads + screw) if seam.accepted]
     assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * np.pi * (40 + 36), rel=0.01)
 
 

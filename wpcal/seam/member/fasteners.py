@@ -9,6 +9,7 @@ not.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.seam.find.built_up import ROUND_KINDS
 from wpcal.seam.member.prisms import find_prisms
 
 SEAT_MM = 0.5  #: A head, a nut or a washer lies on a face that is this near: some are modelled a little in or above it.
@@ -36,6 +38,7 @@ RING_WIDTH, RING_HEIGHT = 1.75, 1.5
 HEXAGON, HEXAGON_SHARE, MOST_FLATS_MM = 6, 0.02, 55.0
 """A head or a nut that was drawn in one body with its plate has so many sides, equal within this share, and is so wide
 across flats at most (M36)."""
+MOST_HEAD_RATIO = 2.3  #: A round head is no wider than so many times its shank.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,12 +109,22 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
     }
 
 
-def hexagon_faces(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
-    """Return the sides and ends of regular hexagons: of heads of bolts, and nuts, that are one body with more.
+def screw_faces(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
+    """Return the faces of bolts, screws and nuts that are one body with more; found once, kept in `trimmed.known`."""
+    key = ("screws", solid)
+    if key not in trimmed.known:
+        trimmed.known[key] = frozenset(
+            [
+                *_hexagons(graph, trimmed, solid),
+                *_headed_pins(graph, trimmed, np.flatnonzero(graph.face_solid == solid)),
+            ]
+        )
+    found: frozenset[int] = trimmed.known[key]
+    return found
 
-    They are no higher than wide. A hollow hexagon is a socket, and a long one a bar.
-    """
-    found: set[int] = set()
+
+def _hexagons(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Iterator[int]:
+    """Yield the sides and ends of regular hexagons no higher than wide: a hollow one is a socket, a long one a bar."""
     for one in find_prisms(graph, trimmed, solid):
         q = one.contour.corners
         step = np.linalg.norm(np.roll(q, -1, axis=0) - q, axis=1)
@@ -120,8 +133,23 @@ def hexagon_faces(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozen
         flats_mm = np.sqrt(3.0) * step.max()
         if is_regular and flats_mm <= MOST_FLATS_MM and not one.contour.is_bore:
             sides = [face for face in one.faces if np.ptp(trimmed.heights(face, one.way)) <= flats_mm]
-            found.update(sides, _ends(graph, sides))
-    return frozenset(found)
+            yield from (*sides, *_ends(graph, sides))
+
+
+def _headed_pins(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> Iterator[int]:
+    """Yield the faces of solid pins with a wider head on the other side of what they go through."""
+    turned = faces[np.isin(graph.face_kind[faces], ROUND_KINDS)]
+    is_pin = (graph.face_kind[turned] == SurfaceKind.CYLINDER) & (graph.face_outward[turned] > 0)
+    for pin in turned[is_pin & (graph.face_param[turned, 0] <= LARGEST_RADIUS_MM)].tolist():
+        o, z, radius = graph.face_frame[pin, 0], graph.face_frame[pin, 3], graph.face_param[pin, 0]
+        on = turned[_share_axis(graph, turned, o, z)]
+        low, high, widest = np.array([_span(trimmed, face, o, z) for face in on.tolist()]).T
+        start, end, _ = _span(trimmed, pin, o, z)
+        for side in (low > end + SEAT_MM, high < start - SEAT_MM):
+            if side.any() and (graph.face_outward[on] > 0).all():
+                is_head = HEAD_RATIO <= widest[side].max() / radius <= MOST_HEAD_RATIO
+                if is_head and high[side].max() - low[side].min() <= 2.0 * HEAD_HEIGHT * radius:
+                    yield from (pin, *on[side].tolist())
 
 
 def _ends(graph: BrepGraph, sides: list[int]) -> list[int]:

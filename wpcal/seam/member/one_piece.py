@@ -24,7 +24,7 @@ from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.strips import drawn_beads, find_strips
-from wpcal.seam.member.fasteners import hexagon_faces
+from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, lugs_of, members_of
 
@@ -146,7 +146,7 @@ def are_welded_corners(
     """Tell which inner corners between two faces of one solid may have been welded, shape (n,).
 
     All corners of a solid that was built up; of a solid that members explain in part, those between slender members.
-    Not those round the head of a bolt or a nut that was drawn in one body with its plate.
+    Not those round bolts, screws and nuts that are one body with more.
     `wall`, `base`: shape (n,). Faces beside the corners.
     """
     solids, of = np.unique(graph.face_solid[wall], return_inverse=True)
@@ -157,7 +157,7 @@ def are_welded_corners(
     found[rest] = [
         (min(pair), max(pair)) in pairs for pair in zip(wall[rest].tolist(), base[rest].tolist(), strict=True)
     ]
-    screwed = [hexagon_faces(graph, trimmed, solid) for solid in solids[np.unique(of.ravel()[found])].tolist()]
+    screwed = [screw_faces(graph, trimmed, solid) for solid in solids[np.unique(of.ravel()[found])].tolist()]
     bolts = list(frozenset().union(*screwed))
     return np.asarray(found & ~np.isin(wall, bolts) & ~np.isin(base, bolts))
 
@@ -195,7 +195,7 @@ def _find_slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> 
 def _inner_corners(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[tuple[int, int, float]]:
     """Return the two faces beside each inner corner of a solid, sharp or filled, and its length, mm; none at bolts."""
     own = np.arange(len(graph.solid_names)) == solid
-    strips, length, bolts = find_strips(graph, trimmed, own), edge_lengths(graph), hexagon_faces(graph, trimmed, solid)
+    strips, length, bolts = find_strips(graph, trimmed, own), edge_lengths(graph), screw_faces(graph, trimmed, solid)
     edges = find_concave_edges(graph, own, but=drawn_beads(graph, strips)).pieces
     corners = [*zip(edges.wall.tolist(), edges.base.tolist(), length[edges.edge].tolist(), strict=True)]
     corners += [(*strip.sides, float(length[list(strip.edges[0])].sum())) for strip in strips]
@@ -286,9 +286,9 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
     most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
     pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
     asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
-    screwed = "those that may be welds are round the heads of bolts, or nuts"
+    screwed = "those that may be welds are round bolts, screws or nuts"
     return [
         (solid, count, why or screwed)
         for solid, count, why in asked
-        if why is not None or hexagon_faces(graph, trimmed, solid)
+        if why is not None or screw_faces(graph, trimmed, solid)
     ]
