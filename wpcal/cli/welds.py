@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,6 @@ from wpcal.cli.weld_options import WeldRulesAsked
 from wpcal.core.options import opt
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from wpcal.results.folder import FinishedCalibration
     from wpcal.weld.find import FoundWelds
     from wpcal.weld.place import StatedWeld
@@ -142,6 +141,7 @@ def welds(
     from wpcal.core.wording import listed
     from wpcal.results.agree import SEAMS_FILE
     from wpcal.results.folder import read_finished, read_record
+    from wpcal.weld.find import find_welds
     from wpcal.weld.record import welds_record
     from wpcal.weld.rules import shipped_text
     from wpcal.weld.xmcf.write import xmcf_text
@@ -156,14 +156,23 @@ def welds(
     say_note(finished.note)
     chosen = selection.select(finished)
     stated = stating.read(output, table, finished, chosen)
-    found = _find(finished, chosen, table, stated.welds, source=stated.source)
+    find = partial(
+        find_welds,
+        finished.seams,
+        finished.T_base_part,
+        table,
+        part_glb=finished.part_glb,
+        names={seam.name for seam in chosen.seams},
+        stated_in=stated.source,
+    )
+    found = find(stated=stated.welds)
     record = welds_record(found.welds, (*found.left, *found.not_chosen), table)
     page = None
     if html is not None:
         from wpcal.pages.welds import build_welds_page
 
         command = ["wpcal", "welds", str(folder), "-o", str(output or "welds.json"), *rules.words(), *selection.words()]
-        plain = _find(finished, chosen, table, [replace(one, user={}) for one in stated.welds], source=stated.source)
+        plain = find(stated=[replace(one, user={}) for one in stated.welds])
         ruled = welds_record(plain.welds, (), table)
         page = build_welds_page(record, ruled, chosen, folder=folder.name or str(folder), command=command)
     if output is not None:
@@ -186,27 +195,6 @@ def welds(
     for note in notes:
         click.echo(f"wpcal: {note}", err=True)
     return int(bool(stated.dropped))
-
-
-def _find(
-    finished: FinishedCalibration,
-    chosen: FinishedCalibration,
-    table: RuleTable,
-    stated: Sequence[StatedWeld],
-    *,
-    source: str,
-) -> FoundWelds:
-    from wpcal.weld.find import find_welds
-
-    return find_welds(
-        finished.seams,
-        finished.T_base_part,
-        table,
-        part_glb=finished.part_glb,
-        stated=stated,
-        names={seam.name for seam in chosen.seams},
-        stated_in=source,
-    )
 
 
 def _show(found: FoundWelds) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.record_check import check_record
+from wpcal.core.record_check import check_record, find_faults
 from wpcal.seam.names import seams_named, split_names
 from wpcal.weld.place import StatedWeld
 from wpcal.weld.record import WELDS_SCHEMA
@@ -21,8 +21,8 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
 
     Raises `InputError` if a setting is not of this form, or a seam, a name or a value cannot be used.
 
-    `settings`: ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text; an empty one gives
-    the value back to the rules.
+    `settings`: ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text, whichever the name
+    takes: a process is the text ``135``. An empty one gives the value back to the rules.
     """
     welds = {weld.name: weld for weld in stated}
     others = [weld for weld in stated if welds[weld.name] is not weld]
@@ -34,9 +34,9 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
         try:
             named = seams_named(split_names(words), seams)
             refuse_unknown({name: text}, VALUE_NAMES, what="a weld")
-            value = _value(text)
+            value = text if text and not find_faults(_record(words, name, text), WELDS_SCHEMA) else _value(text)
             if text:
-                check_record({"welds": [{"name": words, "values": {name: value}}]}, WELDS_SCHEMA, path="--set")
+                check_record(_record(words, name, value), WELDS_SCHEMA, path="--set")
         except FormatError as error:
             raise InputError(f"--set {setting}: {error.what}") from None
         except InputError as error:
@@ -46,6 +46,10 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
             user = {key: kept for key, kept in old.user.items() if key != name}
             welds[seam] = replace(old, user={**user, name: value} if text else user)
     return (*welds.values(), *others)
+
+
+def _record(words: str, name: str, value: Any) -> dict[str, Any]:
+    return {"welds": [{"name": words, "values": {name: value}}]}
 
 
 def _value(text: str) -> Any:
