@@ -29,6 +29,10 @@ from tests.near import ROOT, changed_files, near_tests
 COMPARISONS = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
 OPERATORS = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.MatMult: "*"}
 OPERATOR = re.compile(r"[<>=!]=|[<>+*/@-]|\band\b|\bor\b")
+LEFT_OUT = (".git", ".venv*", ".*_cache", ".hypothesis", "out", "out-*", "node_modules", "_build")
+"""Of the copy of the project; `.ci` and `outputs.py` are in it."""
+PYTEST = (sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not deep")
+FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
 LIMIT_S = 300  #: A mutant that runs longer than this is found: it does not end.
 
 
@@ -102,18 +106,26 @@ def is_python(source: str) -> bool:
 
 
 def survives(mutant: Mutant, copy: Path, most_files: int) -> bool:
-    """Whether all near tests pass with a mutant in the copy of the project."""
+    """Whether all near tests pass with a mutant in the copy of the project.
+
+    A test that fails without the mutant, too, ends the run: it would notice every mutant.
+    """
     names = [str(path.relative_to(ROOT)) for path in near_tests([mutant.path])[:most_files]]
     target = copy / mutant.path.relative_to(ROOT)
     source = target.read_text(encoding="utf-8")
     target.write_text(mutant.apply(source), encoding="utf-8")
     try:
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not deep", *names]
-        ended = subprocess.run(command, cwd=copy, capture_output=True, timeout=LIMIT_S, check=False)
+        ended = subprocess.run(
+            [*PYTEST, *names], cwd=copy, capture_output=True, timeout=LIMIT_S, check=False, text=True
+        )
     except subprocess.TimeoutExpired:
         return False
     finally:
         target.write_text(source, encoding="utf-8")
+    if failed := FAILED.search(ended.stdout):
+        again = subprocess.run([*PYTEST, failed[1]], cwd=copy, capture_output=True, check=False, text=True)
+        if again.returncode:
+            raise SystemExit(f"{failed[1]} fails without a mutant, too:\n{again.stdout[-2000:]}")
     return not names or ended.returncode == 0
 
 
@@ -134,7 +146,8 @@ def main() -> int:
     chosen = list(islice(parsed, asked.most))
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "wpcal"
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "out*", "node_modules", "_build"))
+        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*LEFT_OUT))
+        (Path(folder) / "shared").symlink_to(ROOT.parent / "shared")  # real files beside the checkout, if there are any
         alive = []
         for number, mutant in enumerate(chosen, start=1):
             if survives(mutant, copy, asked.files):

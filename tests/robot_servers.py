@@ -59,6 +59,12 @@ class Robot:
     damage: Callable[[bytes], bytes] = bytes  #: What happens to the bytes of an answer.
     asked: list[str] = field(default_factory=list)  #: Everything that clients asked for.
 
+    @property
+    def T_frame_tool(self) -> RigidTransform:
+        """The tool in the frame that the robot shows."""
+        T = np.linalg.inv(self.T_base_frame.matrix) @ self.T_base_tool.matrix
+        return RigidTransform.from_matrix(T, target="frame", source="tool")
+
     def send(self, connection: socket.socket, data: bytes) -> None:
         """Send bytes after the delay, and damaged."""
         if self.delay_s:
@@ -200,12 +206,9 @@ def kukavar(robot: Robot, connection: socket.socket) -> None:
         name = body[3 : 3 + count].decode()
         robot.asked.append(f"{body[0]} {name}")
         base = robot.T_base_frame
-        shown = RigidTransform.from_matrix(
-            np.linalg.inv(base.matrix) @ robot.T_base_tool.matrix, target="frame", source="tool"
-        )
         axes = ", ".join(f"A{row} {value:.5f}" for row, value in enumerate(robot.joints_deg, 1))
         known = {
-            "$POS_ACT": frame(shown, "E6POS", ", S 2, T 35, E1 0.0, E2 0.0"),
+            "$POS_ACT": frame(robot.T_frame_tool, "E6POS", ", S 2, T 35, E1 0.0, E2 0.0"),
             "$BASE": frame(base, "FRAME"),
             "$TOOL": frame(robot.T_flange_tool, "FRAME"),
             "$ACT_TOOL": robot.tool,
@@ -225,10 +228,7 @@ def page(robot: Robot, *, is_new: bool = True) -> str:
     """Return the text of ``curpos.dg``, of V9 or of V7.7 (whose configuration comes last)."""
     cells = [f"{key}: {value:9.2f}" for key, value in zip("XYZWPR", angles(robot.T_base_tool), strict=True)]
     place = "\n".join(["CFG: N U T, 0, 0, 0", *cells] if is_new else [*cells, "CFG: N U T, 0, 0, 0"])
-    user = RigidTransform.from_matrix(
-        np.linalg.inv(robot.T_base_frame.matrix) @ robot.T_base_tool.matrix, target="frame", source="tool"
-    )
-    shown = "\n".join(f"{key}: {value:9.2f}" for key, value in zip("XYZWPR", angles(user), strict=True))
+    shown = "\n".join(f"{key}: {value:9.2f}" for key, value in zip("XYZWPR", angles(robot.T_frame_tool), strict=True))
     joints = "\n".join(f"Joint   {row}: {value:9.2f}" for row, value in enumerate(robot.joints_deg, 1))
     return f"""<HTML><BODY><PRE>
 F Number: E33151
@@ -315,7 +315,6 @@ def ftp(robot: Robot, connection: socket.socket) -> None:
 
 def rws(robot: Robot, connection: socket.socket) -> None:
     """ABB: Robot Web Services, 1 with digest, 2 (asked for by its media type) with basic authentication."""
-    T = robot.T_base_tool
     for path, head in requests(robot, connection):
         is_second = "v=2.0" in head.get("accept", "")
         given = head.get("authorization", "")

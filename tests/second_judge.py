@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.moves_of_programs import circle_through, numbers
+from tests.program_text import as_values, krl_pose, quaternion
 from tests.wire_judge import Array, off_surface, winding
 
 STEP_MM, STEP_RAD = 5.0, 0.05  #: Between two judged states.
@@ -26,9 +27,8 @@ ALONG_MM = 5.0  #: Between points of the wire and of a capsule.
 TIP_MM = 3.0  #: So much of the wire is at the seam.
 OPEN_MM2 = 1.0  #: The sum of all areas of a closed surface is no more, of triangles in single precision.
 DEEP_MM = 0.3  #: A point that is less deep is on the surface.
-MOST_DEG = (
-    1.0  #: Joints of the text and those of its poses: near a singular pose they differ by more than their digits.
-)
+MOST_DEG = 1.0
+"""Joints of the text and those of its poses: near a singular pose they differ by more than their digits."""
 MOST_POINTS = 150  #: Of one link.
 
 
@@ -67,10 +67,10 @@ def _routines(bodies: dict[str, list[str]], call: str) -> Iterator[list[str]]:
 def rapid(files: dict[str, str]) -> Iterator[list[Step]]:
     (text,) = files.values()
     v = numbers(re.search(r"wobjdata wpPart:=(.*?);", text)[1])
-    T = posed(v[:3], Rotation.from_quat(v[[4, 5, 6, 3]]))
+    T = posed(v[:3], quaternion(v[3:7]))
     joints = {n: numbers(q) for n, q in re.findall(r"jointtarget (\w+):=\[\[(.*?)\]", text)}
     poses = {
-        n: T @ posed(numbers(p), Rotation.from_quat(numbers(q)[[1, 2, 3, 0]]))
+        n: T @ posed(numbers(p), quaternion(numbers(q)))
         for n, p, q in re.findall(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],", text)
     }
     bodies = {n: b.splitlines() for n, b in re.findall(r"PROC (\w+)\(\)(.*?)ENDPROC", text, re.DOTALL)}
@@ -87,14 +87,9 @@ def rapid(files: dict[str, str]) -> Iterator[list[Step]]:
 
 def krl(files: dict[str, str]) -> Iterator[list[Step]]:
     source, data = (next(t for n, t in files.items() if n.endswith(end)) for end in (".src", ".dat"))
-
-    def pose(values: str) -> Array:
-        v = {key: float(x) for key, x in re.findall(r"\b([A-Z]\d?) (-?[\d.]+)", values)}
-        return posed([v[k] for k in "XYZ"], Rotation.from_euler("ZYX", [v[k] for k in "ABC"], degrees=True))
-
-    T = pose(re.search(r"FRAME WP_PART=\{(.*?)\}", data)[1])
+    T = posed(*krl_pose(re.search(r"FRAME WP_PART=\{(.*?)\}", data)[1]))
     joints = {n: numbers(re.sub(r"[AE]\d ", "", q))[:6] for n, q in re.findall(r"E6AXIS (\w+)=\{(.*?)\}", data)}
-    poses = {n: T @ pose(v) for n, v in re.findall(r"E6POS (\w+)=\{(.*?)\}", data)}
+    poses = {n: T @ posed(*krl_pose(v)) for n, v in re.findall(r"E6POS (\w+)=\{(.*?)\}", data)}
     bodies = {n: b.splitlines() for n, b in re.findall(r"DEF (\w+)\(\)(.*?)\nEND\b", source, re.DOTALL)}
     for lines in _routines(bodies, r"(\w+)\(\)"):
         steps = []
@@ -128,10 +123,9 @@ def urscript(files: dict[str, str]) -> Iterator[list[Step]]:
 def kawasaki(files: dict[str, str]) -> Iterator[list[Step]]:
     (text,) = files.values()
     text = text.replace("\r", "")
-    sections = {k: re.search(rf"^\.{k}\n(.*?)^\.END", text, re.S | re.M)[1] for k in ("TRANS", "JOINTS")}
-    joints = {line.split()[0]: np.array(line.split()[1:7], float) for line in sections["JOINTS"].splitlines()}
-    rows = {line.split()[0]: np.array(line.split()[1:7], float) for line in sections["TRANS"].splitlines()}
-    poses = {n: posed(v[:3], Rotation.from_euler("ZYZ", v[3:], degrees=True)) for n, v in rows.items()}
+    rows = re.search(r"^\.JOINTS\n(.*?)^\.END", text, re.S | re.M)[1].splitlines()
+    joints = {line.split()[0]: np.array(line.split()[1:7], float) for line in rows}
+    poses = {n: posed(*pose) for n, pose in as_values(text).items()}
     T = poses.pop("wp_part")
     bodies = {n: b.splitlines() for n, b in re.findall(r"^\.PROGRAM (\w+)\(\)(.*?)^\.END", text, re.S | re.M)}
     for lines in _routines(bodies, r"CALL (\w+)"):

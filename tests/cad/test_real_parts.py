@@ -116,22 +116,15 @@ def assert_seams_are_sound(record: dict[str, Any], T: RigidTransform, points: Fl
         assert (p <= high + size).all()
 
 
-@pytest.mark.parametrize("name", sorted(REFUSED))
+@pytest.mark.parametrize(("name", "said"), sorted({**REFUSED, **WITHOUT_FEATURES}.items()))
 @pytest.mark.parametrize("command", ["features", "seams"])
-def test_a_file_that_cannot_be_used_is_one_line(wpcal: Command, name: str, command: str) -> None:
+def test_a_file_that_cannot_be_used_or_has_no_exact_faces_is_one_line(
+    wpcal: Command, name: str, said: str, command: str
+) -> None:
     done = wpcal(command, shared(name))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
-    assert REFUSED[name] in done.stderr
-
-
-@pytest.mark.parametrize("name", sorted(WITHOUT_FEATURES))
-@pytest.mark.parametrize("command", ["features", "seams"])
-def test_a_file_without_exact_faces_is_one_line(wpcal: Command, name: str, command: str) -> None:
-    done = wpcal(command, shared(name))
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.count("\n") == 1
-    assert WITHOUT_FEATURES[name] in done.stderr
+    assert said in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,16 @@ def test_points_in_a_box_of_faces_are_those_within_its_slabs() -> None:
     np.testing.assert_array_equal(found, np.flatnonzero((np.abs(points) < HALF_MM).all(axis=1)))
 
 
+@pytest.mark.parametrize(("radii_mm", "reach_mm"), [((2.0, 8.0), 6.0909), ((8.0, 2.0), 8.0)])
+def test_a_cone_meets_a_box_as_far_as_it_is_wide_beside_it(radii_mm: tuple[float, float], reach_mm: float) -> None:
+    """From 15 mm before the edge of the box to 7 mm behind it: at the edge, 2 mm have become 2 + 6 * 15 / 22."""
+    beside = np.array([0.9, 1.1]) * reach_mm
+    tips = np.stack([HALF_MM[0] + beside, np.full(2, HALF_MM[1] - 20.0), np.zeros(2)], axis=1)
+    along = np.tile([0.0, 1.0, 0.0], (2, 1))
+    found = exact("sharp-box").tube_solids(tips, along, np.full(2, 5.0), np.full(2, 27.0), radii_mm)
+    assert found.tolist() == [0, -1]
+
+
 @pytest.mark.parametrize(
     ("name", "volume_mm3"),
     [
