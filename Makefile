@@ -37,7 +37,7 @@ docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a war
 	rm -rf docs/reference/library
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
 
-other-pythons: ## the demo and a selection of tests on each other supported version of Python found here
+other-pythons: ## the demo and a selection of tests on Python 3.13; in `make deep` on 3.12, too
 	sh .ci/other-pythons
 
 lowest: ## the commands at the lowest versions that pyproject.toml allows
