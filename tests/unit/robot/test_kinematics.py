@@ -73,6 +73,7 @@ def test_joint_jacobian_is_the_central_difference(name):
     q = np.random.default_rng(2).uniform(-1, 1, (4, 6))
     point = np.array([10.0, -20.0, 300.0])
     J = arm.jacobian(q, point=point)
+    np.testing.assert_array_equal(arm.jacobian(q), arm.jacobian(q, point=[0.0, 0.0, 0.0]))
     for joint in range(6):
         step = DIFFERENCE_STEP * np.eye(6)[joint]
         ahead, behind = arm.forward(q + step), arm.forward(q - step)
