@@ -22,7 +22,6 @@ from tests.second_judge import Step
 JOINT_DEG = 1e-3  #: Rounding of the files, of five decimals and more.
 FINER = 10  #: Places between two points of the plan.
 
-
 Fits = Callable[[str, Array], bool]
 """From the name of a target and joints, deg, to whether its configuration is theirs."""
 

@@ -24,6 +24,7 @@ from scipy.spatial.transform import Rotation
 from wpcal.core.rotations import zyx_from_rotation
 from wpcal.core.transform import RigidTransform
 
+DIGEST = 'Digest realm="validusers@robapi.abb", nonce="abc", qop="auth"'
 USER, PASSWORD = "Default User", "not a secret: a fake"
 NO_AXES = dict.fromkeys([f"eax{dash}{axis}" for axis in "abcdef" for dash in ("", "_")], "8999999488.000000")
 RTDE_TYPES = {"timestamp": "DOUBLE", "actual_TCP_pose": "VECTOR6D", "actual_q": "VECTOR6D", "tcp_offset": "VECTOR6D"}
@@ -319,11 +320,7 @@ def rws(robot: Robot, connection: socket.socket) -> None:
         is_second = "v=2.0" in head.get("accept", "")
         given = head.get("authorization", "")
         if not (basic_is_right(given) if is_second else digest_is_right(given, path)):
-            scheme = (
-                'Basic realm="OmniCore"'
-                if is_second
-                else 'Digest realm="validusers@robapi.abb", nonce="abc", qop="auth"'
-            )
+            scheme = 'Basic realm="OmniCore"' if is_second else DIGEST
             robot.send(
                 connection,
                 f"HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: {scheme}\r\nContent-Length: 0\r\n\r\n".encode(),

@@ -106,5 +106,4 @@ def test_a_finding_stays_mended(finding: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("name", "case"), few([(name, case) for name, cases in LARGE.items() for case in cases], 4))
 def test_large_input_takes_time_in_proportion(name: str, case: str, tmp_path: Path) -> None:
     """`judge` ends a reader that takes longer than 10 s."""
-    judged = judge(targets()[name], LARGE[name][case].encode(), tmp_path)
-    assert judged.fault == ""
+    assert judge(targets()[name], LARGE[name][case].encode(), tmp_path).fault == ""
