@@ -17,7 +17,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.schemas import schema_text
 from wpcal.draw.torches import torches_svg
 from wpcal.robot.torch.file import find_torch, shipped_torches
-from wpcal.robot.torch.shape import USUAL_TORCH, Neck, TorchShape
+from wpcal.robot.torch.shape import CONE_STEP_MM, USUAL_TORCH, Neck, TorchShape
 from wpcal.seam.judge.other_torches import core_of_all
 
 FOLDER = Path(__file__).parents[3] / "wpcal" / "robot" / "torch" / "torches"
@@ -129,3 +129,13 @@ def test_a_neck_that_is_no_neck_is_refused(wrong: dict[str, float]) -> None:
     sizes = {"angle_deg": 22.0, "from_mm": 70.0, "bend_mm": 60.0, "radius_mm": 11.0}
     with pytest.raises(InputError, match="torch neck"):
         TorchShape(neck=Neck(**{**sizes, "body_from_mm": 150.0, "body_radius_mm": 20.0, **wrong}))
+
+
+@pytest.mark.parametrize("shipped", shipped_torches(), ids=lambda each: each.shape.name)
+def test_the_pieces_of_a_nozzle_hold_its_cone_and_are_hardly_wider(shipped):
+    shape = shipped.shape
+    z = np.linspace(0.0, shape.front_mm, 400)
+    radius = np.interp(z, [0.0, max(shape.taper_mm, 1e-9)], [shape.mouth_mm, shape.nozzle_radius_mm])
+    felt = [np.where((z >= t.start[2]) & (z <= t.end[2]), t.radius_mm, 0.0) for t in shape.nozzle_tubes]
+    assert np.all(np.max(felt, axis=0) >= radius - 1e-9)
+    assert np.all(np.max(felt, axis=0) <= radius + CONE_STEP_MM + 1e-9)

@@ -13,13 +13,14 @@ from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.run.trace import Motion
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import poses
-from wpcal.robot.moves import sweep
 from wpcal.robot.moves.interpolation import Moves, turns_between
-from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
-from wpcal.seam.judge.material import find_poses_in_material
+from wpcal.robot.moves.sweep import Way, last_poses
+from wpcal.robot.torch.attitude import wire_directions
+from wpcal.seam.judge.reach import sweep_torch
 
 LARGEST_MOVE_MM = 20_000.0  #: No robot makes longer moves; they are not followed.
-PLACES_AT_ONCE = 20_000  #: In one array.
+PLACES_AT_ONCE = 20_000  #: In one array, about.
+TURN_PLACES = 300  #: The turn of the torch in one motion has fewer.
 ARC_STEP_MM = 1.0
 SAME_STEP = 0.01  #: Of a step: a way of whole steps has as many of them in a text with other digits.
 
@@ -54,44 +55,40 @@ def meetings(
     for mm in dict.fromkeys(more_wire_mm):
         own = [motion for motion, each in zip(motions, more_wire_mm, strict=True) if each == mm]
         longer = TorchAtTool(torch.shape.with_more_wire(mm), torch.axis, torch.standoff_mm + mm)
-        yield from _meetings(own, part, longer, start_mm)
+        for some in _at_once(own):
+            yield from _meetings(some, part, longer, start_mm)
 
 
-def _meetings(
-    motions: Sequence[Motion], part: TriangleMaterial, torch: TorchAtTool, start_mm: float
-) -> Iterator[Meeting]:
-    shape, axis = torch.shape, torch.axis
-    column, pending, count = 2 if axis is ToolAxis.Z else 0, list[tuple[Motion, FloatArray, FloatArray]](), 0
-
-    def judged() -> Iterator[Meeting]:
-        p, R = (np.concatenate([each[row] for each in pending]) for row in (1, 2))
-        own = np.repeat(np.arange(len(pending)), [len(each[1]) for each in pending])
-        bend = None if shape.neck is None else neck_directions(R, axis)
-        found = find_poses_in_material(part, p, -R[:, :, column], shape, start_mm=start_mm, bend=bend)
-        told = set[int]()
-        for row, solid, piece in zip(found.row.tolist(), found.solid, found.part, strict=True):
-            if own[row] not in told:
-                told.add(own[row])
-                x, y, z = p[row]
-                what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {piece.value} of {shape}"
-                yield Meeting(pending[own[row]][0], f"{what} is inside {solid!r}")
-
+def _at_once(motions: Sequence[Motion]) -> Iterator[list[tuple[Motion, Way]]]:
+    """Yield motions that lead somewhere with their poses, so many together that their places fit in one array."""
+    some, count = list[tuple[Motion, Way]](), 0.0
     for motion in motions:
         if motion.goal is None or not np.isfinite(motion.goal).all():
             continue
-        p, R = _poses(motion)
-        tips = p + torch.standoff_mm * wire_directions(R, axis)
-        swept = sweep(tips, R, shape.reaching, axis=column)
-        pending.append((motion, swept.p, swept.R))
-        count += len(swept.p)
+        some.append((motion, _poses(motion)))
+        count += TURN_PLACES + float(np.linalg.norm(np.diff(some[-1][1][0], axis=0), axis=1).sum())
         if count > PLACES_AT_ONCE:
-            yield from judged()
-            pending, count = [], 0
-    if pending:
-        yield from judged()
+            yield some
+            some, count = [], 0.0
+    if some:
+        yield some
 
 
-def _poses(motion: Motion) -> tuple[FloatArray, FloatArray]:
+def _meetings(
+    some: Sequence[tuple[Motion, Way]], part: TriangleMaterial, torch: TorchAtTool, start_mm: float
+) -> Iterator[Meeting]:
+    ways = [(p + torch.standoff_mm * wire_directions(R, torch.axis), R) for _, (p, R) in some]
+    swept, found = sweep_torch(part, ways, torch.shape, axis=torch.axis, start_mm=start_mm)
+    own = np.searchsorted(last_poses(ways), swept.at[found.row])
+    for first in np.unique(own, return_index=True)[1]:
+        x, y, z = swept.p[found.row[first]]
+        what = (
+            f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {found.part[first].value} of {torch.shape}"
+        )
+        yield Meeting(some[own[first]][0], f"{what} is inside {found.solid[first]!r}")
+
+
+def _poses(motion: Motion) -> Way:
     """Return start and goal of a line, and places along an arc; shapes (n, 3) and (n, 3, 3)."""
     if not is_followed(motion):
         ends = np.array([motion.goal])

@@ -25,10 +25,9 @@ from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.options import opt
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.segments import part_distances
-from wpcal.robot.moves import sweep
 from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
 from wpcal.robot.torch.shape import TorchShape
-from wpcal.seam.judge.material import find_poses_in_material, place_tube
+from wpcal.seam.judge.reach import sweep_torch
 
 MARGIN_MM = 3.0
 """Least distance of the nozzle from the part on the way: above the errors of a calibration and of a path in the air."""
@@ -144,36 +143,40 @@ class TorchAtTool:
     axis: ToolAxis
     standoff_mm: float  #: From the tool centre point to the tip of the wire.
 
-    def segments(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, float]]:
-        """Yield the ends, shapes (n, 3), and the radius of every straight piece of the torch, from the tip on, mm.
+    @cached_property
+    def pieces(self) -> tuple[FloatArray, FloatArray]:
+        """Straight pieces around the torch, from the tip on: ends in the frame of the tool, and radii, mm.
 
-        The poses have the shapes (n, 3) and (n, 3, 3).
+        Shapes (2, k, 3) and (k,).
         """
-        wire = wire_directions(R, self.axis)
-        tip = p + self.standoff_mm * wire
-        mouth = tip - self.shape.wire_mm * wire
-        yield tip, mouth - self.shape.front_mm * wire, self.shape.nozzle_radius_mm
-        bend = neck_directions(R, self.axis)
-        for tube in self.shape.tubes:
-            start, way, length = place_tube(tube, mouth, -wire, bend)
-            yield start, start + length * way, tube.radius_mm
+        tubes, tool = (*self.shape.nozzle_tubes, *self.shape.tubes), np.eye(3)
+        back, bend = -wire_directions(tool, self.axis), neck_directions(tool, self.axis)
+        ends = np.array([[tube.start for tube in tubes], [tube.end for tube in tubes]])
+        mouth = (self.shape.wire_mm - self.standoff_mm) * back
+        radii = np.array([tube.radius_mm for tube in tubes])
+        return mouth + ends @ np.stack([bend, np.cross(back, bend), back]), radii
+
+    def segments(self, p: FloatArray, R: FloatArray) -> FloatArray:
+        """Return the ends of every piece at poses, shape (2, k, n, 3), mm.
+
+        `p`, `R`: shapes (n, 3), and (n, 3, 3) or, for one orientation, (1, 3, 3).
+        """
+        return np.asarray(p + np.einsum("nij,ekj->ekni", R, self.pieces[0]), dtype=np.float64)
 
     @cached_property
     def reach_mm(self) -> float:
         """Largest distance of a point of the torch's axis from the tool centre point."""
-        pieces = self.segments(np.zeros((1, 3)), np.eye(3)[None])
-        return max(float(np.linalg.norm(end)) for piece in pieces for end in piece[:2])
+        return float(np.linalg.norm(self.pieces[0], axis=2).max())
 
     @property
     def widest_mm(self) -> float:
         """Radius of the widest piece of the torch."""
-        return max(self.shape.nozzle_radius_mm, *(tube.radius_mm for tube in self.shape.tubes), 0.0)
+        return float(self.pieces[1].max())
 
     def lowest(self, R: FloatArray, up: FloatArray) -> FloatArray:
         """Return how far the torch reaches below the tool centre point, shape (n,), mm."""
-        pieces = self.segments(np.zeros((len(R), 3)), R)
-        lows = [radius - np.minimum(a @ up, b @ up) for a, b, radius in pieces]
-        return np.asarray(np.max(lows, axis=0), dtype=np.float64)
+        heights = self.segments(np.zeros((1, 3)), R) @ up
+        return np.asarray((self.pieces[1][:, None] - heights.min(axis=0)).max(axis=0), dtype=np.float64)
 
 
 def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtTool, air: AirSettings) -> AirPlan:
@@ -278,20 +281,19 @@ class _Search:
 
     def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[int, list[FloatArray]]]:
         """Yield corners of ways up to the plane, the shortest first: the point farther back, one outside, one above."""
+        yield 1, [p, self._above(p)]
         side = np.cross(self.up, [1.0, 0.0, 0.0] if abs(self.up[0]) < 0.6 else [0.0, 1.0, 0.0])
         side /= np.linalg.norm(side)
         other, found = np.cross(self.up, side), list[tuple[float, int, list[FloatArray]]]()
         places = p - np.array(BACK_MM)[:, None] * wire_directions(R, self.torch.axis)
         for row, q in enumerate(places):
-            ways = [[q, self._above(q)]]
+            ways = [[q, self._above(q)]] if row else []
             for angle in np.arange(SIDES) * (2.0 * math.pi / SIDES):
                 out = self._outside(q, math.cos(angle) * side + math.sin(angle) * other)
                 ways += [[q, out, self._above(out)]] if out is not q else []
             found += [(sum(map(math.dist, [p, *way], way)), row, way) for way in ways]
-        found.sort(key=lambda way: way[0])
-        yield 1, found[0][2]
         has_room = self._room(places, R, 0.0) >= 0.0
-        yield from ((1, way) for _, row, way in found[1:] if has_room[row])
+        yield from ((1, way) for _, row, way in sorted(found, key=lambda way: way[0]) if has_room[row])
 
     def _ways_aside(self, p: FloatArray, R: FloatArray, more_mm: float) -> Iterator[tuple[int, list[FloatArray]]]:
         """Yield corners of ways out of a narrow place: first aside, as near to the part as the weld is, then straight.
@@ -338,16 +340,15 @@ class _Search:
         shape, wire = self.torch.shape.with_more_wire(more_mm or 0.0), wire_directions(R, self.torch.axis)
         wide = replace(shape, nozzle_radius_mm=shape.nozzle_radius_mm + self.part.deflection_mm)
         tips = points + (self.torch.standoff_mm + (more_mm or 0.0)) * wire
-        swept = sweep(tips, np.stack([R, R]), wide.reaching, axis=2 if self.torch.axis is ToolAxis.Z else 0)
-        bend = None if shape.neck is None else neck_directions(swept.R, self.torch.axis)
-        back, start = np.repeat(-wire[None], len(swept.p), axis=0), START_MM if more_mm is not None else shape.wire_mm
-        return len(find_poses_in_material(self.part, swept.p, back, wide, start_mm=start, bend=bend)) == 0
+        start = shape.wire_mm if more_mm is None else START_MM
+        _, found = sweep_torch(self.part, [(tips, np.stack([R, R]))], wide, axis=self.torch.axis, start_mm=start)
+        return len(found) == 0
 
     def _room(self, p: FloatArray, R: FloatArray, most_mm: float) -> FloatArray:
         """Return by how much more than its margin the torch is away from the part, shape (n,), mm, up to a limit."""
-        starts, ends, radii = zip(*self.torch.segments(p, np.broadcast_to(R, (len(p), 3, 3))), strict=True)
-        need = np.repeat(radii, len(p)) + MARGIN_MM + self.part.deflection_mm
-        distance, _ = part_distances(self.part, np.concatenate(starts), np.concatenate(ends), need + most_mm)
+        starts, ends = self.torch.segments(p, R.reshape(-1, 3, 3)).reshape(2, -1, 3)
+        need = np.repeat(self.torch.pieces[1], len(p)) + MARGIN_MM + self.part.deflection_mm
+        distance, _ = part_distances(self.part, starts, ends, need + most_mm)
         return np.asarray((distance - need).reshape(-1, len(p)).min(axis=0, initial=most_mm), dtype=np.float64)
 
     def across(self, a: FloatArray, b: FloatArray, turn: FloatArray, names: str) -> AirWay:
@@ -364,12 +365,13 @@ class _Search:
 
     def is_free(self, p0: FloatArray, p1: FloatArray, R0: FloatArray, R1: FloatArray) -> bool:
         """Tell whether a linear move keeps its distance from the part all along, and not only at samples."""
-        omega = log_rotation(R0.T @ R1)
+        omega = np.zeros(3) if R1 is R0 else log_rotation(R0.T @ R1)
         travel = float(np.linalg.norm(p1 - p0)) + float(np.linalg.norm(omega)) * self.torch.reach_mm
         middle, half = np.array([0.5]), 0.5
         while len(middle):
             moved = travel * half  # no point of the axis is farther from its place at the middle
-            room = self._room(p0 + middle[:, None] * (p1 - p0), R0 @ exp_rotation(middle[:, None] * omega), moved)
+            R = R0 @ exp_rotation(middle[:, None] * omega) if omega.any() else R0
+            room = self._room(p0 + middle[:, None] * (p1 - p0), R, moved)
             if (room < 0.0).any() or (moved < LEAST_STRETCH_MM and (room < moved).any()):
                 return False
             middle = middle[room < moved]

@@ -13,9 +13,7 @@ from wpcal.controllers.program.weld_program import SafePoint, WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.moves import sweep
-from wpcal.robot.torch.attitude import ToolAxis, wire_directions
-from wpcal.seam.judge.material import find_poses_in_material
+from wpcal.seam.judge.reach import sweep_torch
 from wpcal.touch.plan.choose import TouchDesign
 from wpcal.touch.searches import SearchKind, TouchPlan, TouchSetup
 
@@ -106,10 +104,8 @@ def _require_free(program: WeldProgram, T_base_part: RigidTransform, p: FloatArr
     """Refuse a way, shapes (n, 3) and (n, 3, 3), on which the torch meets the part in the place of the plan."""
     if program.part_glb is None:
         return
-    swept = sweep(p, R, program.shape.reaching, axis=2 if program.torch.tool_axis is ToolAxis.Z else 0)
     part = TriangleMaterial.of(read_part_glb(program.part_glb), T_base_part)
-    back = -wire_directions(swept.R, program.torch.tool_axis)
-    if len(found := find_poses_in_material(part, swept.p, back, program.shape)):
+    if len(found := sweep_torch(part, [(p, R)], program.shape, axis=program.torch.tool_axis)[1]):
         raise InputError(
             f"on the way up from the last search and to the seams the {found.part[0].value} of the torch meets "
             f"{found.solid[0]!r}: give --up, or plan the touches with an arm, which goes home"

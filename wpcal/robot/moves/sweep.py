@@ -7,11 +7,12 @@ point by its distance from the wire only.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.moves.interpolation import turns_between
@@ -30,6 +31,10 @@ class Reaching(NamedTuple):
     aside_mm: float  #: The farthest point from the line of the wire.
 
 
+Way: TypeAlias = tuple[FloatArray, FloatArray]
+"""Poses between which a tool moves: tips of the wire, (n, 3), mm, and axes of the tool, (n, 3, 3); n of 1 or more."""
+
+
 class Swept(NamedTuple):
     """m places along poses or moves, as a controller moves between them: straight, and about one axis."""
 
@@ -38,16 +43,26 @@ class Swept(NamedTuple):
     R: FloatArray  #: shape (m, 3, 3). Axes of the tool.
 
 
-def sweep(p: FloatArray, R: FloatArray, tool: Reaching, *, axis: int) -> Swept:
-    """Divide the moves between poses so that no point of a tool moves farther than its step between two places.
+def sweep(ways: Sequence[Way], tool: Reaching, *, axis: int) -> Swept:
+    """Divide the moves of ways so that no point of a tool moves farther than its step between two places.
 
-    `p`, `R`: shapes (n, 3) and (n, 3, 3). Tips of the wire, mm, and axes of the tool, in one frame; n of 1 or more.
+    `ways`: In one frame. Their poses are numbered through, and there is no move from one way to the next.
     `axis`: Column of `R` along the wire.
     """
-    found = sweep_moves(p[:-1], np.diff(p, axis=0), R[:-1], turns_between(R[:-1], R[1:]), tool, axis=axis)
-    return Swept(
-        np.append(found.at, len(p) - 1.0), np.concatenate([found.p, p[-1:]]), np.concatenate([found.R, R[-1:]])
-    )
+    p, R = (np.concatenate(each) for each in zip(*ways, strict=True))
+    last = last_poses(ways)
+    first = np.setdiff1d(np.arange(len(p)), last)
+    chord, turn = p[first + 1] - p[first], turns_between(R[first], R[first + 1])
+    found = sweep_moves(p[first], chord, R[first], turn, tool, axis=axis)
+    at = np.append(found.at + (first - np.arange(len(first)))[found.at.astype(np.int64)], last)
+    order = np.argsort(at, kind="stable")
+    places = np.concatenate([found.p, p[last]])[order], np.concatenate([found.R, R[last]])[order]
+    return Swept(at[order], *places)
+
+
+def last_poses(ways: Sequence[Way]) -> IntArray:
+    """Return the number of the last pose of each way, shape (k,)."""
+    return np.cumsum([len(p) for p, _ in ways]) - 1
 
 
 def sweep_moves(

@@ -16,6 +16,7 @@ from wpcal.robot.moves.sweep import Reaching
 CHORD_DEG = 12.0
 """The bend of a neck is felt as straight tubes that turn by at most this: they are within 0.6 % of its radius."""
 WIRE_STEP_MM = 2.5  #: Steps in which a longer wire is tried: what an operator sets by eye.
+CONE_STEP_MM = 0.5  #: A cone that is felt as straight tubes is felt at most so much wider than it is.
 LONGER_WIRE_MM = 50.0  #: No wire welds that sticks out by so much more than usual: it glows and bends.
 
 
@@ -150,6 +151,15 @@ class TorchShape:
         found = [Tube(a, b, neck.radius_mm + sag) for a, b in pairwise(bend)]
         straight = [Tube(bend[-1], body, neck.radius_mm), Tube(body, end, neck.body_radius_mm)]
         return (*found, *(tube for tube in straight if np.linalg.norm(tube.end - tube.start) > 0))
+
+    @cached_property
+    def nozzle_tubes(self) -> tuple[Tube, ...]:
+        """Straight pieces around wire and nozzle, from the tip on: the wire, which bends, is as wide as the mouth."""
+        count = max(1, math.ceil((self.nozzle_radius_mm - self.mouth_mm) / CONE_STEP_MM))
+        share = np.arange(1, count + 1) / count
+        radii = self.mouth_mm + share * (self.nozzle_radius_mm - self.mouth_mm)
+        ends = np.array([-self.wire_mm, *(share[:-1] * self.taper_mm), self.front_mm])[:, None] * [0.0, 0.0, 1.0]
+        return tuple(Tube(*each, float(radius)) for each, radius in zip(pairwise(ends), radii, strict=True))
 
     @property
     def bends(self) -> bool:

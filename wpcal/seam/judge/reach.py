@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from wpcal.brep.material import Material
+from wpcal.brep.rays import START_MM
 from wpcal.core.arrays import FloatArray
-from wpcal.robot.moves import sweep
-from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
+from wpcal.robot.moves.sweep import Swept, Way, last_poses, sweep
+from wpcal.robot.torch.attitude import ToolAxis, neck_directions
 from wpcal.robot.torch.shape import TorchShape
-from wpcal.seam.judge.material import TorchPart, find_poses_in_material
+from wpcal.seam.judge.material import PosesInMaterial, TorchPart, find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.seam import Seam
 
@@ -60,22 +61,41 @@ def find_in_ways(
     for more_mm in {seam.more_wire_mm for seam, *_ in ways}:
         own = [number for number, (seam, *_) in enumerate(ways) if seam.more_wire_mm == more_mm]
         longer = torch.with_more_wire(more_mm)
-        swept = [sweep(*ways[number][1:], longer.reaching, axis=2 if axis is ToolAxis.Z else 0) for number in own]
-        counts = np.array([len(each.at) for each in swept])
-        ends = np.cumsum(counts)
-        more, R = np.zeros(ends[-1]), np.concatenate([each.R for each in swept])
-        more[ends - counts], more[ends - 1] = back_mm
-        inside = find_poses_in_material(
-            material,
-            np.concatenate([each.p for each in swept]),
-            -wire_directions(R, axis),
-            longer,
-            start_mm=np.repeat([start_mm(ways[number][0]) for number in own], counts),
-            more_mm=more,
-            bend=None if torch.neck is None else neck_directions(R, axis),
-        )
+        paths = [ways[number][1:] for number in own]
+        start = np.array([start_mm(ways[number][0]) for number in own])
+        swept, inside = sweep_torch(material, paths, longer, axis=axis, start_mm=start, back_mm=back_mm)
+        last = last_poses(paths)
         for row, part, solid in zip(inside.row.tolist(), inside.part, inside.solid, strict=True):
-            which = int(np.searchsorted(ends, row, side="right"))
-            at, each = row - ends[which] + counts[which], swept[which]
-            found[own[which]] += (InWay(float(each.at[at]), each.p[at], part, solid),)
+            way = int(np.searchsorted(last, swept.at[row]))
+            at = float(swept.at[row]) - (last[way - 1] + 1 if way else 0)
+            found[own[way]] += (InWay(at, swept.p[row], part, solid),)
     return found
+
+
+def sweep_torch(
+    material: Material,
+    ways: Sequence[Way],
+    torch: TorchShape,
+    *,
+    axis: ToolAxis,
+    start_mm: FloatArray | float = START_MM,
+    back_mm: tuple[float, float] = (0.0, 0.0),
+) -> tuple[Swept, PosesInMaterial]:
+    """Move a torch along ways, and find the places at which it is inside material.
+
+    `ways`, `back_mm`: In the frame of the material; as in `find_in_ways`.
+    `start_mm`: shape (k,). For each way, as in `find_poses_in_material`.
+    """
+    column, last = 2 if axis is ToolAxis.Z else 0, last_poses(ways)
+    swept = sweep(ways, torch.reaching, axis=column)
+    more = np.zeros(len(swept.at))
+    more[np.searchsorted(swept.at, [0, *(last[:-1] + 1)])], more[np.searchsorted(swept.at, last)] = back_mm
+    return swept, find_poses_in_material(
+        material,
+        swept.p,
+        -swept.R[:, :, column],
+        torch,
+        start_mm=np.broadcast_to(start_mm, len(last))[np.searchsorted(last, swept.at)],
+        more_mm=more,
+        bend=None if torch.neck is None else neck_directions(swept.R, axis),
+    )

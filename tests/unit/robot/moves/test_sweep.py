@@ -13,7 +13,7 @@ def test_no_point_of_a_torch_moves_farther_than_a_step():
     p = np.cumsum(rng.normal(scale=2.0, size=(9, 3)), axis=0)
     R = np.stack([exp_rotation(rng.normal(scale=0.4, size=3)) for _ in p])
     for torch in (shipped.shape for shipped in shipped_torches()):
-        found = sweep(p, R, torch.reaching, axis=2)
+        found = sweep([(p, R)], torch.reaching, axis=2)
         np.testing.assert_allclose(found.R[np.isin(found.at, range(9))], R, rtol=0, atol=1e-12)
         corners = [[x, y, -torch.wire_mm - z] for tube in torch.tubes for x, y, z in (tube.start, tube.end)]
         for points, step in (([[0, 0, 0], [0, 0, -torch.wire_mm]], STEP_MM), (corners, BODY_STEP_MM)):
@@ -25,5 +25,5 @@ def test_no_point_of_a_torch_moves_farther_than_a_step():
 def test_a_swing_of_40_degrees_in_a_millimetre_is_divided():
     swing = np.stack([exp_rotation(np.array([np.radians(angle), 0.0, 0.0])) for angle in (-20.0, 20.0)])
     torch = shipped_torches()[0].shape
-    found = sweep(np.array([[0.0, 0, 0], [1.0, 0, 0]]), swing, torch.reaching, axis=2)
+    found = sweep([(np.array([[0.0, 0, 0], [1.0, 0, 0]]), swing)], torch.reaching, axis=2)
     assert len(found.at) > np.radians(40.0) * torch.length_mm / BODY_STEP_MM
