@@ -214,14 +214,20 @@ def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray
     if len(row) == 0:
         return row, row
     rays = VOTERS / np.linalg.norm(VOTERS, axis=1, keepdims=True)
-    count = len(rays)
     side = np.where(rays > 0.0, high[solid][:, None], low[solid][:, None])
     leaves = ((side - points[asked][:, None]) / rays).min(axis=2)
-    far = np.maximum.reduceat(leaves, first) + BEYOND_MM  # there a ray has left every box that is around its point
-    origins = np.repeat(points[row], count, axis=0)
-    found = material.hits(origins, np.tile(rays, (len(row), 1)), far.ravel())
-    pair, of = np.unique(np.stack([found.ray, found.solid]), axis=1, return_inverse=True)
-    turns = np.bincount(of.ravel(), found.way, minlength=pair.shape[1])
-    inside = pair[:, turns > 0]
-    both, votes = np.unique(np.stack([inside[0] // count, inside[1]]), axis=1, return_counts=True)
-    return row[both[0, votes > count / 2]], both[1, votes > count / 2]
+    far = np.zeros((len(points), 3))
+    far[row] = np.maximum.reduceat(leaves, first) + BEYOND_MM  # there a ray has left every box that is around its point
+
+    def left(own: IntArray, ray: int) -> IntArray:
+        """Return pairs of a point and a solid that a ray leaves more often than it enters it, each as one number."""
+        found = material.hits(points[own], np.broadcast_to(rays[ray], (len(own), 3)), far[own, ray])
+        pairs, of = np.unique(own[found.ray] * len(low) + found.solid, return_inverse=True)
+        return np.asarray(pairs[np.bincount(of, found.way, minlength=len(pairs)) > 0])
+
+    one, other = left(row, 0), left(row, 1)
+    inside, doubted = np.intersect1d(one, other), np.setxor1d(one, other)
+    if len(doubted):
+        third = left(np.unique(doubted // len(low)), 2)
+        inside = np.union1d(inside, np.intersect1d(doubted, third))
+    return inside // len(low), inside % len(low)

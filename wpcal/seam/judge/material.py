@@ -63,12 +63,17 @@ class Necks:
     bend: FloatArray  #: shape (n, 3). Unit directions towards which the neck bends.
     more_mm: FloatArray  #: shape (n,). How far each torch goes back along the wire.
 
-    def steps(self) -> Iterator[tuple[Tube, FloatArray, BoolArray]]:
-        """Yield each piece at steps of the way back: the mouths there, and which torches go so far; shape (n,)."""
-        for far_mm in np.arange(0.0, self.more_mm.max(initial=0.0) + STEP_MM, STEP_MM):
-            mouth = self.mouth + np.minimum(far_mm, self.more_mm)[:, None] * self.back
-            for tube in self.torch.tubes:
-                yield tube, mouth, far_mm < self.more_mm + STEP_MM
+    def steps(self) -> Iterator[tuple[Tube, IntArray, FloatArray]]:
+        """Yield each piece with the torches that are felt, by number, and their mouths; shapes (k,) and (k, 3).
+
+        First they are felt where they are, then at all steps of the way back: of each torch the farthest step first.
+        """
+        count = np.ceil(self.more_mm / STEP_MM).astype(np.int64)
+        here, row = np.arange(len(count)), np.repeat(np.arange(len(count)), count)
+        far_mm = np.minimum(STEP_MM * (np.cumsum(count)[row] - np.arange(len(row))), self.more_mm[row])
+        for rows, mm in ((here, np.zeros(len(here))), (row, far_mm)):
+            mouth = self.mouth[rows] + mm[:, None] * self.back[rows]
+            yield from ((tube, rows, mouth) for tube in self.torch.tubes if len(rows))
 
 
 def find_poses_in_material(
@@ -139,12 +144,14 @@ def _inside(
 
 def _inside_neck(material: Material, necks: Necks, free: BoolArray) -> Iterator[tuple[TorchPart, IntArray, IntArray]]:
     """Yield the poses at which neck or body is inside solids, there and at steps of the way along the wire."""
-    for tube, mouth, goes in necks.steps():
-        rows = np.flatnonzero(free & goes)
-        start, way, length = place_tube(tube, mouth[rows], necks.back[rows], necks.bend[rows])
+    for tube, torches, mouth in necks.steps():
+        kept = np.flatnonzero(free[torches])
+        rows = torches[kept]
+        start, way, length = place_tube(tube, mouth[kept], necks.back[rows], necks.bend[rows])
         zero = np.zeros(len(rows))
         solids = material.tube_solids(start, way, zero, zero + length, tube.radius_mm - TOUCH_MM)
-        yield TorchPart.NECK, rows[solids >= 0], solids[solids >= 0]
+        hit = np.flatnonzero(solids >= 0)[::-1]  # the nearest step of each first
+        yield TorchPart.NECK, rows[hit], solids[hit]
 
 
 def place_tube(

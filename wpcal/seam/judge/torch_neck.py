@@ -57,25 +57,27 @@ def neck_faces(graph: BrepGraph, trimmed: TrimmedFaces, owner: IntArray, necks: 
     """
     found = np.full(len(owner), -1)
     frames = torch_axes(necks.back, necks.bend)
-    for tube, mouth, goes in necks.steps():
-        rows = np.flatnonzero((found < 0) & goes)
-        start, along, end = place_tube(tube, mouth[rows], necks.back[rows], necks.bend[rows])
+    for tube, torches, mouths in necks.steps():
+        rows = np.flatnonzero(found[torches] < 0)
+        own, mouth = torches[rows], mouths[rows]
+        start, along, end = place_tube(tube, mouth, necks.back[own], necks.bend[own])
         begin, until = start[:, None], (start + end * along)[:, None]
         widest_mm = (tube.radius_mm + wider_mm + ROUND_MM) / math.cos(math.pi / FEWEST)
-        near = NearBundles.around(trimmed, owner[rows], begin, until, within_mm=widest_mm)
+        near = NearBundles.around(trimmed, owner[own], begin, until, within_mm=widest_mm)
         kept = np.flatnonzero(near.near.counts[near.group])
         if len(kept) == 0:  # most of a neck is in the open
             continue
-        rows, near = rows[kept], near.select(kept)
+        own, near = own[kept], near.select(kept)
         origins, rays, lengths = _lines(tube, wider_mm)
-        at = np.einsum("nij,kj->nki", frames[rows], origins) + mouth[rows, None]
-        way = np.einsum("nij,kj->nki", frames[rows], rays)
-        found[rows] = near.first_faces(trimmed, at, way, np.broadcast_to(lengths, way.shape[:2]))
-        left = np.flatnonzero(found[rows] < 0)
+        at = np.einsum("nij,kj->nki", frames[own], origins) + mouth[kept, None]
+        way = np.einsum("nij,kj->nki", frames[own], rays)
+        faces = near.first_faces(trimmed, at, way, np.broadcast_to(lengths, way.shape[:2]))
+        left = np.flatnonzero(faces < 0)
         axis, far = (start[kept[left]], along[kept[left]]), np.full(len(left), end + wider_mm)
-        found[rows[left]] = edges_in_tubes(
+        faces[left] = edges_in_tubes(
             trimmed, near.select(left), axis, (np.full(len(left), -wider_mm), far), tube.radius_mm + wider_mm
         )
+        found[own[faces >= 0]] = faces[faces >= 0]  # the nearest step of each is written last
     return found
 
 
