@@ -145,7 +145,7 @@ def test_a_search_without_a_way_says_why_and_not_only_that(coarse, way, monkeypa
         next(sweep_paths(blocked, lambda *_: None))
     record = failed_record(blocked, str(failed.value), failed.value.obstacle)
     jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/pareto/1"))).validate(json.loads(to_json(record)))
-    assert record["obstacle"]["between"] == ["robot 1 nozzle", "robot 2 lug"]
+    assert record["obstacle"]["between"] == ("robot 1 nozzle", "robot 2 lug")
     assert record["obstacle"]["best"] < record["obstacle"]["asked"] == 3.0
 
 

@@ -7,7 +7,6 @@ from wpcal.controllers.program.weld_program import (
     WeldPath,
     WeldProgram,
     build_program,
-    poses_in,
 )
 
-__all__ = ["ControllerSettings", "MotionSettings", "SafePoint", "WeldPath", "WeldProgram", "build_program", "poses_in"]
+__all__ = ["ControllerSettings", "MotionSettings", "SafePoint", "WeldPath", "WeldProgram", "build_program"]

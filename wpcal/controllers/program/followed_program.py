@@ -96,21 +96,13 @@ def follow_program(program: WeldProgram, arm: ArmAtTool, branch: int) -> WeldPro
     for leg in _legs(program):
         joints.append(_follow(leg, arm, branch, before))
         before = joints[-1][-1]
-    if program.safe_point is None:
-        return replace(
-            program,
-            arm=arm.arm,
-            paths=tuple(replace(path, joints=frozen(q)) for path, q in zip(program.paths, joints, strict=True)),
-        )
-    (whole,) = joints
-    ends = 1 + np.cumsum([len(path) for path in program.paths])
-    parts = np.split(whole[1:-1], ends[:-1] - 1)
-    return replace(
-        program,
-        arm=arm.arm,
-        safe_point=replace(program.safe_point, joints=frozen(whole[:1])),
-        paths=tuple(replace(path, joints=frozen(q)) for path, q in zip(program.paths, parts, strict=True)),
-    )
+    safe = program.safe_point
+    if safe is not None:
+        (whole,) = joints
+        joints = np.split(whole[1:-1], np.cumsum([len(path) for path in program.paths])[:-1])
+        safe = replace(safe, joints=frozen(whole[:1]))
+    paths = tuple(replace(path, joints=frozen(q)) for path, q in zip(program.paths, joints, strict=True))
+    return replace(program, arm=arm.arm, safe_point=safe, paths=paths)
 
 
 def _legs(program: WeldProgram) -> Iterator[_Leg]:

@@ -14,8 +14,7 @@ import math
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.errors import GeometryError
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.tangent import exp_rotation
 from wpcal.optim.ladder import cheapest_way
@@ -62,7 +61,7 @@ def unwinding_spin(R: FloatArray, axis: ToolAxis, range_rad: float) -> FloatArra
     if low <= high:
         return np.asarray(free + min(max(0.0, low), high), dtype=np.float64)
     e = possible_offsets(free, range_rad)
-    chosen = least_turn(swing, e, np.ones(e.shape, dtype=bool))
+    chosen = least_turn(swing, e)
     return np.asarray(free + e[np.arange(len(e)), chosen], dtype=np.float64)
 
 
@@ -77,18 +76,13 @@ def possible_offsets(free: FloatArray, range_rad: float) -> FloatArray:
     return np.asarray(spin - free[:, None], dtype=np.float64)
 
 
-def least_turn(swing: FloatArray, e: FloatArray, allowed: BoolArray) -> IntArray:
+def least_turn(swing: FloatArray, e: FloatArray) -> IntArray:
     """Choose an e per point with the least sum of turns, shape (n,). Columns of `e`.
-
-    Raises `GeometryError` when at some point no e is allowed; the message names the point.
 
     `swing`: shape (n - 1,). rad.
     `e`: shape (n, k). rad.
-    `allowed`: ndarray of bool, shape (n, k)
     """
-    if not allowed.any(axis=1).all():
-        raise GeometryError(f"point {int(np.argmin(allowed.any(axis=1)))}: no turn about the wire is possible")
-    own = np.where(allowed, START_COST * np.abs(e) * (np.arange(len(e)) == 0)[:, None], np.inf)
+    own = START_COST * np.abs(e) * (np.arange(len(e)) == 0)[:, None]
     return np.array(
         cheapest_way(list(own), lambda i, now, before: np.hypot(swing[i - 1], e[i, now][:, None] - e[i - 1, before]))
     )

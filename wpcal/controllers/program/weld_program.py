@@ -100,8 +100,21 @@ class ControllerSettings:
             raise InputError(f"zone_mm: expected 0 or more, got {self.zone_mm:g}")
 
 
+class _Poses:
+    """Poses of the tool in `base`."""
+
+    __slots__ = ()
+    p_base: FloatArray
+    R_base: FloatArray
+
+    def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
+        """Return their positions (n, 3), mm, and axes (n, 3, 3) in another frame."""
+        T = T_base_frame.inverse()
+        return T.apply(self.p_base), T.R @ self.R_base
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class WeldPath:
+class WeldPath(_Poses):
     """The tool along one seam: the way to it, k poses along the seam, the way from it."""
 
     seam: Seam  #: With n frames in `base`.
@@ -192,10 +205,6 @@ class WeldPath:
         n = self.weld_count
         return [*["to"] * (self.before - 1), "approach", *["weld"] * n, "retract", *["from"] * (self.after - 1)]
 
-    def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
-        """Return positions (a + k + b, 3), mm, and axes (a + k + b, 3, 3) of the tool in another frame."""
-        return poses_in(self.p_base, self.R_base, T_base_frame)
-
     def labels(self, stem: str, *, width: int) -> list[str]:
         """Name the poses: ``stem_to01`` …, ``stem_appr``, ``stem_0001`` …, ``stem_retr``, ``stem_up01`` …."""
         way_to = [f"{stem}_to{number:02d}" for number in range(1, self.before)]
@@ -205,28 +214,13 @@ class WeldPath:
         return [*way_to, *approach, *along, *retract, *way_from]
 
 
-def poses_in(p_base: FloatArray, R_base: FloatArray, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
-    """Express poses of the tool in another frame.
-
-    `p_base`: shape (n, 3). In `base`, mm.
-    `R_base`: shape (n, 3, 3). Axes of the tool in `base`.
-    Returns `p, R`: ndarray, shapes (n, 3) and (n, 3, 3). In the frame.
-    """
-    T = T_base_frame.inverse()
-    return T.apply(p_base), T.R @ R_base
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class SafePoint:
+class SafePoint(_Poses):
     """Where a program starts and ends: a pose above the part."""
 
     p_base: FloatArray  #: shape (1, 3). Tool centre point in `base`, mm.
     R_base: FloatArray  #: shape (1, 3, 3). Axes of the tool in `base`.
     joints: FloatArray | None = None  #: shape (1, 6). Shown angles of the arm, rad; None if no arm is given.
-
-    def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
-        """Return the position (1, 3), mm, and the axes (1, 3, 3) in another frame."""
-        return poses_in(self.p_base, self.R_base, T_base_frame)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -210,8 +210,7 @@ def _far_from_link(cell: Cell, bodies: Sequence[Body], frames: Sequence[FloatArr
 def _skeleton(cell: Cell, body: Body, frames: Sequence[FloatArray]) -> FloatArray:
     """Return points along a link in `world`: from the frame before it, through its own, to the next one."""
     if body.carrier == TOOL:
-        knots = [frames[JOINTS], frames[TOOL]]
-        return _along([T[:3, 3] for T in knots])
+        return _along([frames[JOINTS][:3, 3], frames[TOOL][:3, 3]])
     first = 0 if body.owner.has_torch else CARRIER
     places = [frames[first + link][:3, 3] for link in range(JOINTS + 1)]
     mount = mounts(cell)[0 if body.owner.has_torch else 1].face
@@ -231,8 +230,7 @@ def _part_centre(cell: Cell, frames: Sequence[FloatArray]) -> list[FloatArray]:
 
 def _along(knots: Sequence[FloatArray]) -> FloatArray:
     parts = np.linspace(0.0, 1.0, SAMPLES)[:, None]
-    pieces = [a + parts * (b - a) for a, b in itertools.pairwise(knots)]
-    return np.concatenate(pieces)
+    return np.concatenate([a + parts * (b - a) for a, b in itertools.pairwise(knots)])
 
 
 def _distance(points: FloatArray, shape: Shape) -> float:

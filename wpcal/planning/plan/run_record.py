@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -76,9 +77,7 @@ def run_verdict(run: CellRun) -> dict[str, Any]:
         "speed_mm_s": schedule.speed_mm_s,
         "asked_mm_s": schedule.asked_mm_s,
         "weld_s": float(schedule.t_s[-1]),
-        "speed_limit": None
-        if limit is None
-        else {"robot": limit.robot, "joint": limit.joint, "s_mm": limit.s_mm, "fastest_mm_s": limit.fastest_mm_s},
+        "speed_limit": None if limit is None else asdict(limit),
         "freedom": run.verdict.value,
         "check": None if run.check is None else path_check_record(run.check),
         "between_points": tip_record(run.tip),

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
@@ -63,18 +63,7 @@ class Obstacle:
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for ``pareto.json``."""
-        return {
-            "constraint": self.constraint.value,
-            "says": self.says,
-            "advice": self.advice,
-            "s_mm": self.s_mm,
-            "between": None if self.between is None else list(self.between),
-            "robot": self.robot,
-            "joint": self.joint,
-            "best": self.best,
-            "asked": self.asked,
-            "unit": self.unit,
-        }
+        return asdict(self) | {"constraint": self.constraint.value}
 
 
 class NoFeasiblePlanError(ConvergenceError):

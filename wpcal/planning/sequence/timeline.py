@@ -192,10 +192,7 @@ def sequence_record(
         "plans": {preference.value: asdict(values) for preference, values in choice.values.items()},
         "T_carrier_part": cell.T_part.to_record(),
         "seams": [_piece(cell, piece, sequence) for piece in sequence.pieces],
-        "unwelded": [
-            {**asdict(gap), "help": [{**asdict(each), "move_mm": list(each.move_mm)} for each in gap.help]}
-            for gap in sequence.unwelded
-        ],
+        "unwelded": [asdict(gap) for gap in sequence.unwelded],
         "no_program": {},
         "made_from": {name: sha256_of(data) for name, data in inputs.items()},
         "planned": list(planned),

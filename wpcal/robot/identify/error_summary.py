@@ -84,12 +84,8 @@ def summarise(errors: FloatArray) -> PoseErrorSummary:
 
 
 def _figures(values: FloatArray) -> ErrorFigures:
-    return ErrorFigures(
-        mean=float(np.mean(values)),
-        rms=float(np.sqrt(np.mean(values**2))),
-        largest=float(np.max(values)),
-        percentile_95=float(np.percentile(values, 95.0)),
-    )
+    rms, percentile_95 = np.sqrt(np.mean(values**2)), np.percentile(values, 95.0)
+    return ErrorFigures(float(np.mean(values)), float(rms), float(np.max(values)), float(percentile_95))
 
 
 def judge(

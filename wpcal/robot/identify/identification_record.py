@@ -5,6 +5,7 @@ Also here: charts of an identification, like figures 4 to 6 of Xiong, Yang, Wang
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -36,11 +37,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "solver": options.solver.value,
         "seed": options.seed,
         "folds": options.folds,
-        "verdict": {
-            "improved": result.verdict.improved,
-            "chance": result.verdict.chance,
-            "reasons": list(result.verdict.reasons),
-        },
+        "verdict": asdict(result.verdict),
         "test_poses": {"before": result.before.to_record(), "after": result.after.to_record()},
         "whole_range": result.whole_range.to_record(),
         "error_field": _error_fields(result),
@@ -59,15 +56,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         },
         "parameters": parameter_rows(result),
         "covariance": {"names": [p.name for p in fit.parameters], "values_mm_rad": fit.covariance.tolist()},
-        "outliers": [
-            {
-                "rows": list(outlier.rows),
-                "distance_mm": outlier.distance_mm,
-                "turn_deg": outlier.turn_deg,
-                "held_back": outlier.held_back,
-            }
-            for outlier in result.outliers
-        ],
+        "outliers": [asdict(outlier) for outlier in result.outliers],
         "left_out": list(options.leave_out),
         "unseen": [{"name": unseen.name, "like": list(unseen.like)} for unseen in fit.unseen],
         "correlations": [

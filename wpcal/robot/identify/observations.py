@@ -77,12 +77,6 @@ class PoseObservations:
     def select(self, indices: Sequence[int] | ArrayLike) -> PoseObservations:
         """Return some of the measurements. `indices`: shape (k,). Rows, in the order wanted."""
         i = np.asarray(indices, dtype=np.int64)
-        return PoseObservations(
-            self.joints[i],
-            self.p_base[i],
-            None if self.R_base_flange is None else self.R_base_flange[i],
-            self.reflectors,
-            self.reflector[i],
-            tuple(self.rows[k] for k in i),
-            self.weights[i],
-        )
+        R = None if self.R_base_flange is None else self.R_base_flange[i]
+        rows, reflector = tuple(self.rows[k] for k in i), self.reflector[i]
+        return PoseObservations(self.joints[i], self.p_base[i], R, self.reflectors, reflector, rows, self.weights[i])
