@@ -38,8 +38,7 @@ def test_the_saddle_is_welded_without_turning_the_tool_about_its_wire(axis):
     swing = swing_and_twist(before, axis)[0].sum()
     assert total_turn(after) == pytest.approx(swing, abs=np.radians(1e-3))  # what the wire itself swings, and no more
     np.testing.assert_allclose(wire_directions(before, axis), wire_directions(after, axis), rtol=0, atol=ROUND_OFF)
-    spin = unwinding_spin(before, axis, np.pi)
-    assert np.abs(spin).max() <= np.pi + ROUND_OFF
+    assert np.abs(unwinding_spin(before, axis, np.pi)).max() <= np.pi + ROUND_OFF
 
 
 @pytest.mark.parametrize("range_deg", [0, 20, 60, 90])
@@ -64,9 +63,8 @@ def test_no_choice_turns_less(seed):
     every = np.stack(np.meshgrid(*[np.arange(4)] * 5), axis=-1).reshape(-1, 5)
     cost = np.hypot(swing, np.diff(e[np.arange(5), every], axis=1)).sum(axis=1)
     chosen = least_turn(swing, e)
-    assert (
-        np.hypot(swing, np.diff(e[np.arange(5), chosen])).sum() <= cost.min() + 1e-2
-    )  # a start far from the travel costs 1e-3
+    turned = np.hypot(swing, np.diff(e[np.arange(5), chosen])).sum()
+    assert turned <= cost.min() + 1e-2  # a start far from the travel costs 1e-3
 
 
 def test_a_range_beyond_half_a_turn_is_refused():
@@ -83,11 +81,10 @@ def joint_6_limits(program, arm, tool):
 def test_the_arm_keeps_its_limits_where_another_turn_about_the_wire_does():
     arm, tool = find_arm("irb1600_8_145"), parse_tool("20,0,350,0,30,0")[0]
     program = build_program(read_finished(SADDLE).select())
-    last = arm.joints[5]
     found = 0
     for centre_deg in range(-150, 180, 30):
         low, high = np.radians([centre_deg - 100, centre_deg + 100])
-        tight = replace(arm, joints=(*arm.joints[:5], replace(last, min_rad=low, max_rad=high)))
+        tight = replace(arm, joints=(*arm.joints[:5], replace(arm.joints[5], min_rad=low, max_rad=high)))
         try:
             kept = next(spun_programs(program, ArmAtTool(tight, tool, np.zeros(6)))).program
         except GeometryError:
