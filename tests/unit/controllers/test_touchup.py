@@ -167,8 +167,7 @@ def test_an_arc_instruction_leads_to_the_start_and_an_output_burns_from_the_pose
 
 
 def test_what_else_a_person_does_on_the_pendant_is_understood(written: Path, tmp_path: Path) -> None:
-    shutil.copytree(written / "rapid", tmp_path / "back")
-    path = tmp_path / "back" / "WPCAL.mod"
+    path = changed_copy(written, "rapid", tmp_path / "back") / "WPCAL.mod"
     text = path.read_text()
     text = text.replace("    weld_W2;\n    weld_W3;\n", "    weld_W3;\n    weld_W2;\n")
     text = text.replace("W2_0002", "pEnd")
@@ -179,7 +178,9 @@ def test_what_else_a_person_does_on_the_pendant_is_understood(written: Path, tmp
     text = text.replace(
         "    MoveL W3_0002,vWeld", "    MoveL p10,vWeld,fine,tTorch\\WObj:=wpPart;\n    MoveL W3_0002,vWeld"
     )
-    path.write_text(text)
+    assert "W2_retr:=[[175.00000,20." in text
+    path = path.rename(path.with_name("copy.mod"))
+    path.write_text(text.replace("W2_retr:=[[175.00000,20.", "W2_retr:=[[175.00000,-20."))  # 40 mm, by its name
     record = touched_up(path, written / "rapid")
     (added,) = record["points"]  # type: ignore[misc]
     assert (added["seam"], added["is_added"], added["is_end"]) == ("W3", True, False)
@@ -189,8 +190,7 @@ def test_what_else_a_person_does_on_the_pendant_is_understood(written: Path, tmp
 
 
 def test_a_frame_that_was_taught_again_is_no_correction(written: Path, tmp_path: Path) -> None:
-    shutil.copytree(written / "rapid", tmp_path / "back")
-    path = tmp_path / "back" / "WPCAL.mod"
+    path = changed_copy(written, "rapid", tmp_path / "back") / "WPCAL.mod"
     path.write_text(path.read_text().replace('"",[[812.', '"",[[815.'))
     record = touched_up(path, written / "rapid")
     assert record["points"] == []

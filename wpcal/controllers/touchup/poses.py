@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -172,13 +173,14 @@ def pair_poses(old: Sequence[ProgramPose], new: Sequence[ProgramPose]) -> Pairs:
 
 
 def _by_name(old: Sequence[ProgramPose], new: Sequence[ProgramPose]) -> Iterator[tuple[int, int]]:
-    """Pair poses of one name, those that appear more than once in their order."""
-    counts: list[Counter[tuple[str, str, bool]]] = [Counter(), Counter()]
-    rows: list[dict[tuple[tuple[str, str, bool], int], int]] = [{}, {}]
+    """Pair poses of one name, those that appear more than once in their order. A single file may have been renamed."""
+    counts, rows = (Counter[Any](), Counter[Any]()), (dict[Any, int](), dict[Any, int]())
+    is_one = all(len({pose.place.file for pose in poses}) == 1 for poses in (old, new))
     for side, poses in enumerate((old, new)):
         for row, pose in enumerate(poses):
-            counts[side][pose.key] += 1
-            rows[side][pose.key, counts[side][pose.key]] = row
+            key = pose.key[1:] if is_one else pose.key
+            counts[side][key] += 1
+            rows[side][key, counts[side][key]] = row
     for key, row in rows[0].items():
         if counts[0][key[0]] == counts[1][key[0]]:
             yield row, rows[1][key]
