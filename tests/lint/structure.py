@@ -18,7 +18,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_134,
+    "lines of wpcal and cad": 122_131,
     "lines of tests": 63_637,
     "rooms": 21,
     "arrows between rooms": 106,

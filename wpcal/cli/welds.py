@@ -156,15 +156,9 @@ def welds(
     say_note(finished.note)
     chosen = selection.select(finished)
     stated = stating.read(output, table, finished, chosen)
-    find = partial(
-        find_welds,
-        finished.seams,
-        finished.T_base_part,
-        table,
-        part_glb=finished.part_glb,
-        names={seam.name for seam in chosen.seams},
-        stated_in=stated.source,
-    )
+    names = {seam.name for seam in chosen.seams}
+    of = (finished.seams, finished.T_base_part, table)
+    find = partial(find_welds, *of, part_glb=finished.part_glb, names=names, stated_in=stated.source)
     found = find(stated=stated.welds)
     record = welds_record(found.welds, (*found.left, *found.not_chosen), table)
     page = None

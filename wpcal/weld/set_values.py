@@ -34,9 +34,14 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
         try:
             named = seams_named(split_names(words), seams)
             refuse_unknown({name: text}, VALUE_NAMES, what="a weld")
-            value = text if text and not find_faults(_record(words, name, text), WELDS_SCHEMA) else _value(text)
+            values: dict[str, Any] = {name: text}
+            record = {"welds": [{"name": words, "values": values}]}
+            takes_text = not find_faults(record, WELDS_SCHEMA)
+            values[name] = _value(text)
+            if takes_text and find_faults(record, WELDS_SCHEMA):
+                values[name] = text
             if text:
-                check_record(_record(words, name, value), WELDS_SCHEMA, path="--set")
+                check_record(record, WELDS_SCHEMA, path="--set")
         except FormatError as error:
             raise InputError(f"--set {setting}: {error.what}") from None
         except InputError as error:
@@ -44,12 +49,8 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
         for seam in named:
             old = welds.get(seam, StatedWeld(seam, None, {}))
             user = {key: kept for key, kept in old.user.items() if key != name}
-            welds[seam] = replace(old, user={**user, name: value} if text else user)
+            welds[seam] = replace(old, user={**user, **values} if text else user)
     return (*welds.values(), *others)
-
-
-def _record(words: str, name: str, value: Any) -> dict[str, Any]:
-    return {"welds": [{"name": words, "values": {name: value}}]}
 
 
 def _value(text: str) -> Any:

@@ -222,8 +222,8 @@ def test_values_of_a_seam_that_is_gone_are_kept(finished_folder, tmp_path):
 def test_a_second_file_adds_its_values_and_loses_none(finished_folder, tmp_path):
     folder = finished_folder(names=("W1", "W2", "W3"), accepted=(True, True, True), spacing_mm=20.0)
     first, second = tmp_path / "welds.json", tmp_path / "second.json"
-    settings = [("--set", one) for one in ("W1:leg_mm=5", "W1:job=3", "W2:job=4", "W3:process=136")]
-    assert run_here("welds", folder, "-o", first, *(word for words in settings for word in words)).returncode == 0
+    stated = ("W1:leg_mm=5", "W1:job=3", "W2:job=4", "W3:process=136", "W3:seam_data=null")
+    assert run_here("welds", folder, "-o", first, *(f"--set={one}" for one in stated)).returncode == 0
     gone = {"start_part_mm": [0, 900, 0], "middle_part_mm": [50, 900, 0], "length_mm": 100}
     entries = [
         {"name": "W1", "values": {"throat_mm": 4}, "given_back": ["leg_mm"]},
@@ -239,7 +239,7 @@ def test_a_second_file_adds_its_values_and_loses_none(finished_folder, tmp_path)
         {name: weld["values"][name] for name, origin in weld["origin"].items() if origin["from"] == "user"}
         for weld in record["welds"]
     ]
-    assert by_user == [{"throat_mm": 4, "job": 3}, {"leg_mm": 6, "job": 4}, {"process": "136"}]
+    assert by_user == [{"throat_mm": 4, "job": 3}, {"leg_mm": 6, "job": 4}, {"process": "136", "seam_data": None}]
     assert record["without_seam"] == left
     second.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W7", "values": {"job": 1}}]}))
     before = first.read_bytes()
