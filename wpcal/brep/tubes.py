@@ -12,6 +12,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 20_000  #: Pairs of a tube and a triangle in one array: they stay in the processor's cache.
 ROUND_OFF_MM = 1e-6  #: Of places along the axes of a tube.
+LEAST_MM = 1e-12  #: Of a segment seen along the axis of a cone: a shorter one is a point, and its width a jump.
 Radius: TypeAlias = float | tuple[float, float]  #: Of a tube, or of a cone where it begins and where it ends, mm.
 LINES_MM = 4.0  #: Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded.
 
@@ -188,7 +189,7 @@ def _from_cone(a: FloatArray, b: FloatArray, wa: FloatArray, wb: FloatArray) -> 
     `a`, `b`: shape (k, 2). `wa`, `wb`: shape (k,). The width at both ends, mm.
     """
     span = b - a
-    length = np.maximum(np.linalg.norm(span, axis=1), np.finfo(float).tiny)
+    length = np.maximum(np.linalg.norm(span, axis=1), LEAST_MM)
     way = span / length[:, None]
     foot = -(a * way).sum(axis=1)
     off, grows = np.linalg.norm(a + foot[:, None] * way, axis=1), (wb - wa) / length

@@ -56,8 +56,10 @@ def test_a_cone_meets_a_box_as_far_as_it_is_wide_beside_it(radii_mm: tuple[float
     beside = np.array([0.9, 1.1]) * reach_mm
     tips = np.stack([HALF_MM[0] + beside, np.full(2, HALF_MM[1] - 20.0), np.zeros(2)], axis=1)
     along = np.tile([0.0, 1.0, 0.0], (2, 1))
-    found = exact("sharp-box").tube_solids(tips, along, np.full(2, 5.0), np.full(2, 27.0), radii_mm)
-    assert found.tolist() == [0, -1]
+    triangles = TriangleMaterial.of(PartMesh((box_of_triangles("box", HALF_MM, np.eye(3)),), 0.1, 0.1))
+    for material in (exact("sharp-box"), triangles):  # an edge of the triangles is along the axis
+        found = material.tube_solids(tips, along, np.full(2, 5.0), np.full(2, 27.0), radii_mm)
+        assert found.tolist() == [0, -1]
 
 
 @pytest.mark.parametrize(

@@ -108,8 +108,7 @@ def build_timeline(sequence: WeldSequence) -> Timeline:
         if row < len(sequence.pieces):
             blocks.append(_weld(sequence, sequence.pieces[row], row))
     q, seconds, phase, piece, s, margin = (list(itertools.chain(*column)) for column in zip(*blocks, strict=True))
-    keep = np.concatenate([[True], np.array(seconds[1:]) > 0.0])  # a move that is no move has no time
-    rows = np.flatnonzero(keep)
+    rows = np.flatnonzero([True, *(np.array(seconds[1:]) > 0.0)])  # a move that is no move has no time
     return Timeline(
         np.array(q)[rows],
         np.cumsum(np.array(seconds)[rows]),
