@@ -30,6 +30,7 @@ LIMITS = {
 }
 COMES_WITH = {"mpl_toolkits": "matplotlib", "anyio": "starlette", "h11": "uvicorn", "dask": "distributed"}
 """Part of another package, or used only through it."""
+OFTEN = ("main", "run", "Interpreter")  #: Names that every process, command and robot language has.
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)
 
 
@@ -124,11 +125,7 @@ def homes_of_names() -> dict[str, list[Path]]:
         if path.is_relative_to(ROOT / "cad" / "freecad") or path.parent.name in ("cli", "rpc", "records"):
             continue
         for node in tree.body:
-            is_named = isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name not in (
-                "main",
-                "run",
-                "Interpreter",
-            )
+            is_named = isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name not in OFTEN
             if is_named and not node.name.startswith("_"):
                 found[node.name].append(path)
     return {name: paths for name, paths in found.items() if len(paths) > 1}

@@ -6,12 +6,14 @@ import pytest
 from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.calibrate.observe.members import find_members
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.find.built_up import LEAST_BUILT_UP, built_up_share
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.formed import are_bends
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.one_piece import left_out
+from wpcal.seam.member.prisms import find_prisms
 
 
 def trimmed(name: str) -> tuple[BrepGraph, TrimmedFaces]:
@@ -34,6 +36,11 @@ def test_what_was_milled_from_a_block_has_another_surface(name: str) -> None:
     assert accepted(name) == []
 
 
+def test_a_box_is_a_prism_along_each_of_its_sides() -> None:
+    found = [(prism.length_mm, *prism.sides_mm) for prism in find_prisms(*trimmed("sharp-box"), 0)]
+    np.testing.assert_allclose(found, [(80, 40, 60), (60, 40, 80), (40, 60, 80)], rtol=0, atol=1e-9)
+
+
 def test_a_part_without_a_seam_says_why_and_what_to_do() -> None:
     (told,) = left_out(*trimmed("pockets"))
     assert told.code == "one-piece"
@@ -42,6 +49,7 @@ def test_a_part_without_a_seam_says_why_and_what_to_do() -> None:
     (told,) = left_out(*trimmed("plain-block"))
     assert told.message.endswith("is one solid without an inner corner")
     assert len(accepted("pockets", concave=ConcaveEdges.ALWAYS)) > 4
+    assert np.bincount(find_members(trimmed("pockets")[1])[1]).tolist() == [26, 2]  # the walls of pockets, and a boss
 
 
 @pytest.mark.parametrize("name", ["angle", "channel", "zed", "i-section"])
