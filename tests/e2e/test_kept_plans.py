@@ -283,7 +283,7 @@ def test_the_audit_sweeps_a_plan_whose_positioner_moves(tmp_path: Path) -> None:
 def test_what_a_plan_settles_is_refused(kept: Path, words: tuple[str, ...]) -> None:
     done = run_here("export", kept, "-f", "rapid", *words)
     assert (done.returncode, done.stdout) == (2, "")
-    assert f"{words[0]} is settled in a plan; give it to wpcal plan" in done.stderr
+    assert f"{words[0]} is settled in a plan; give it to wpcal plan, or to its cell (wpcal cell new)" in done.stderr
 
 
 def test_what_a_language_needs_is_asked_before_anything_is_planned(

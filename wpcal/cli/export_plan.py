@@ -49,7 +49,7 @@ def export_plan(
     from wpcal.core.records import check_writable
     from wpcal.planning.sequence.kept_plan import kept_plan_of, read_kept_plan
 
-    refuse_options(TAKEN, lambda _: "is settled in a plan; give it to wpcal plan")
+    refuse_options(TAKEN, lambda _: "is settled in a plan; give it to wpcal plan, or to its cell (wpcal cell new)")
     writers = plan_writers(tuple(formats))
     kept = read_kept_plan(folder)
     targets = {each.name: (out or folder) / each.name for each in writers}

@@ -244,8 +244,8 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
             f"{piece.name}{' (reversed)' if candidate.is_reversed else ''}",
             f"{candidate.task.length_mm:.0f}",
             ", ".join(external),
-            f"{slope:.0f}",
-            "" if math.isnan(rotation) else f"{rotation:.0f}",
+            f"{slope:z.0f}",
+            "" if math.isnan(rotation) else f"{rotation:z.0f}",
             f"{off:.0f}{' !' if late else ''}",
             f"{piece.speed_mm_s:.1f}{f' ({piece.slowed_by})' if piece.slowed_by else ''}",
             f"{piece.check.margin_mm.min():.1f}",
@@ -274,4 +274,4 @@ def _along(cell: Cell, axis: int, column: FloatArray) -> str:
     """Return an external axis as the table shows it: at rest, or from where to where it moves."""
     unit, factor = (" mm", 1.0) if axis == cell.rail_axis else ("", 180.0 / math.pi)
     start, end = factor * float(column[0]), factor * float(column[-1])
-    return f"{start:.0f}{unit}" if start == end else f"{start:.0f} to {end:.0f}{unit}"
+    return f"{start:z.0f}{unit}" if start == end else f"{start:z.0f} to {end:z.0f}{unit}"
