@@ -106,10 +106,7 @@ def is_python(source: str) -> bool:
 
 
 def survives(mutant: Mutant, copy: Path, most_files: int) -> bool:
-    """Whether all near tests pass with a mutant in the copy of the project.
-
-    A test that fails without the mutant, too, ends the run: it would notice every mutant.
-    """
+    """Whether all near tests pass with a mutant in the copy; one that fails without the mutant, too, ends the run."""
     names = [str(path.relative_to(ROOT)) for path in near_tests([mutant.path])[:most_files]]
     target = copy / mutant.path.relative_to(ROOT)
     source = target.read_text(encoding="utf-8")

@@ -1,8 +1,7 @@
 """Measure the house: `python -m tests.lint.structure`. Each figure has a limit that may fall and not rise.
 
-`--names` names what has one name and what is not declared, `--large` the large functions.
-
-Rooms are the folders and files directly in `wpcal`, and `cad`. An arrow is one room that imports another.
+Rooms are the folders and files directly in `wpcal`, and `cad`. An arrow is one room that imports another. `--names`
+names what has one name and what is not declared, `--large` the large functions.
 """
 
 from __future__ import annotations
