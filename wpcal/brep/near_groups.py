@@ -65,9 +65,8 @@ def find_near_faces(
     `p0`, `p1`: shape (m, 3). Ends of the segments in `part`, mm, sorted by group.
     `first`: shape (g,). The first segment of each group; every group has at least one.
     """
-    none = np.zeros(0, dtype=np.int64)
     if len(first) == 0:
-        return NearFaces(none, np.zeros(1, dtype=np.int64))
+        return NearFaces(np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64))
     boxes = _Boxes.around(p0, p1, first, within_mm)
     group, box = trimmed.patch_boxes.tree.search(len(first), boxes.meets)
     kept = ~boxes.is_beside_plane(graph, group, trimmed.patch_boxes.face[box])

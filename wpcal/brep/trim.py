@@ -18,6 +18,7 @@ from wpcal.brep.boundaries import sample_boundaries
 from wpcal.brep.boxes import FAR_MM, BoxTree
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.patch_boxes import PatchBoxes, patch_corners
+from wpcal.brep.ring_boxes import ring_boxes, widest_gaps
 from wpcal.brep.strips import Strips
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -102,6 +103,20 @@ class TrimmedFaces:
             high[number] = np.maximum(high[number], corners[1].max(axis=0))
         return low, high
 
+    def _ring_ends(self, faces: IntArray, axis: int) -> FloatArray:
+        """Return between which u (axis 0) or v (axis 1) faces on tori lie, shape (k, 2), rad.
+
+        The widest gap in their boundary is left out, unless the face holds it.
+        """
+        owner, piece = np.concatenate([np.zeros((2, 0), dtype=np.int64), *map(np.stack, self._pairs(faces))], axis=1)
+        step = wrap_angle(self.uv1[piece] - self.uv0[piece])
+        gaps = widest_gaps(self.uv0[piece, axis], step[:, axis], owner, len(faces))
+        at = np.zeros((len(faces), 2))
+        at[owner] = self.uv0[piece] + step / 2.0  # beside a piece of the boundary
+        at[:, axis] = gaps.mean(axis=1)
+        gaps[self.contains(faces, at)] = 0.0
+        return np.stack([gaps[:, 1], gaps[:, 0] + 2.0 * np.pi], axis=1)
+
     @cached_property
     def box_tree(self) -> BoxTree:
         """The boxes of the faces in a tree."""
@@ -109,8 +124,11 @@ class TrimmedFaces:
 
     @cached_property
     def patch_boxes(self) -> PatchBoxes:
-        """Boxes of the faces, those of free-form faces divided into patches."""
-        return PatchBoxes.of(self.graph, *self.face_box)
+        """Boxes of the faces, those of free-form faces divided into patches, and those on tori as tight as they are."""
+        low, high = (corner.copy() for corner in self.face_box)
+        ring = np.flatnonzero(self.graph.face_kind == SurfaceKind.TORUS)
+        low[ring], high[ring] = ring_boxes(self.graph, ring, *(self._ring_ends(ring, axis) for axis in (0, 1)))
+        return PatchBoxes.of(self.graph, low, high)
 
     def contains(self, faces: IntArray, uv: FloatArray) -> BoolArray:
         """Tell which points of surfaces lie inside the trimmed faces.

@@ -21,7 +21,7 @@ def bundles(size_mm: float, middle: FloatArray, count: int) -> tuple[FloatArray,
     return at[:, None] + rng.normal(size=(count, 5, 3)) * size_mm / 60, way, rng.uniform(0.0, size_mm, count)
 
 
-@pytest.mark.parametrize("name", ["frame", "saddle", "boss-with-ribs", "bead-pipe", "tee-beside-bolt"])
+@pytest.mark.parametrize("name", ["frame", "saddle", "boss-with-ribs", "bead-pipe", "rounded-top", "tee-beside-bolt"])
 def test_groups_lose_no_hit_and_add_none(name: str) -> None:
     graph = saved_graph(name)
     trimmed = TrimmedFaces.of(graph)
