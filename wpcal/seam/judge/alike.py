@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass
 from itertools import pairwise, product
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,11 +22,12 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.motion import APPROACH_MM
-from wpcal.seam.judge.torch_poses import BULGE_MM, FeltPoses
+from wpcal.seam.judge.torch_poses import FeltPoses
 
 SAME_PLACE_MM = 1e-6  #: What is around two seams lies in the same way if places agree within this.
 WIDER = 0.03
 """Share of a torch's length by which its room is wider than the leans at its corners: between two it swings out."""
+BULGE_MM = 2.0  #: Between two stations the end of the torch swings out by less.
 SLABS = 8  #: Boxes of a room: near the tip it is narrow.
 STEEP_RAD = 1.5  #: Leans count as less than a right angle.
 OUT_MM = 2.0  #: Where the torch begins is felt a little behind the tip.
@@ -39,12 +41,8 @@ class Alike:
     solids: dict[int, dict[int, int]]  #: The solid beside a seam, by the one beside its first; by seam.
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Room:
-    """k boxes through which the torch goes, from the tip to its end, in the first frame of a seam."""
-
-    low: FloatArray  #: shape (k, 3), mm.
-    high: FloatArray
+_Room: TypeAlias = tuple[FloatArray, FloatArray]
+"""Corners (k, 3) of the boxes through which a torch goes, from the tip to its end, in the first frame of a seam, mm."""
 
 
 def find_alike(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, leans_rad: FloatArray) -> Alike:
@@ -103,7 +101,7 @@ def _room(graph: BrepGraph, run: FeltPoses, leans_rad: FloatArray) -> _Room:
     corners = np.stack([sides[pick, :, range(3)].T for pick in product((0, 1), repeat=3)], axis=1)
     placed = (run.p - run.p[0])[:, None, None] + np.einsum("nij,ckj->ncki", run.R, corners)
     own = (placed @ run.R[0]).transpose(1, 0, 2, 3).reshape(SLABS, -1, 3)
-    return _Room(own.min(axis=1) - OUT_MM, own.max(axis=1) + OUT_MM)
+    return own.min(axis=1) - OUT_MM, own.max(axis=1) + OUT_MM
 
 
 class _Places:
@@ -113,7 +111,7 @@ class _Places:
         self, graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, rooms: list[_Room], kind: IntArray
     ) -> None:
         self.graph, self.trimmed, self.p = graph, trimmed, p
-        slabs = [np.array([getattr(room, end) for room in rooms]) for end in ("low", "high")]
+        slabs = [np.array(corners) for corners in zip(*rooms, strict=True)]
         self.axes, self.kind, self.slabs = R, kind, slabs
         low, high = slabs[0].min(axis=1)[kind], slabs[1].max(axis=1)[kind]
         self.middle = p + np.einsum("nij,nj->ni", R, (low + high) / 2.0)

@@ -24,7 +24,7 @@ from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.alike import find_alike
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.torch_neck import bend_directions, spin_of_bend, torch_axes
-from wpcal.seam.judge.torch_poses import FeltPoses, are_steps_clear, find_solids_beside_neck, find_solids_met, turned
+from wpcal.seam.judge.torch_poses import FeltPoses, find_solids_beside_neck, find_solids_met, turned
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import Seam
 
@@ -330,13 +330,10 @@ class _Steps:
         after = np.full(len(chosen), -1)
         if self.stations is FeltAt.SOME or len(chosen) < 2:
             return lean, spin, after
-        own = self.own
-        back = back_directions(own.R, self.lean[some])
-        leant = replace(own, back=back, more_mm=np.zeros(len(own)), spin_rad=self.spin[some])
         is_asked = self.joined & held[1:] & held[:-1]
         if self.stations is FeltAt.DENSE:
             is_asked &= chosen[1:] != chosen[:-1]
-        rows = np.flatnonzero(is_asked & ~are_steps_clear(self.graph, self.trimmed, leant)[:-1])
+        rows = np.flatnonzero(is_asked)
         asked = list(zip(rows.tolist(), chosen[rows].tolist(), chosen[rows + 1].tolist(), strict=True))
         self.feel(set(asked), is_told=True)
         after[rows] = [self.known[each] for each in asked]

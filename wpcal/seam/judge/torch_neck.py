@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.near_groups import NearBundles, find_near_faces
+from wpcal.brep.near_groups import NearBundles
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import edge_distances, tube_frames
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.robot.torch.shape import Tube
 from wpcal.seam.judge.material import Necks, place_tube
 
@@ -124,19 +124,3 @@ def _lines(tube: Tube, wider_mm: float) -> tuple[FloatArray, FloatArray, FloatAr
     origins = np.concatenate([tube.start + along, spokes])
     rays = np.concatenate([np.broadcast_to(way, along.shape), unit])
     return origins, rays, np.concatenate([np.full(len(along), length), np.full(count, radius)])
-
-
-def are_necks_clear(
-    graph: BrepGraph, trimmed: TrimmedFaces, necks: Necks, begin: IntArray, *, within_mm: float
-) -> BoolArray:
-    """Tell which groups of poses have no face near neck and body; no line is sent, shape (g,).
-
-    `begin`: shape (g,). The first pose of each group.
-    """
-    clear = np.ones(len(begin), dtype=bool)
-    frames = torch_axes(necks.back, necks.bend)
-    for tube in necks.torch.tubes:
-        p0, p1 = (necks.mouth + np.einsum("nij,j->ni", frames, at) for at in (tube.start, tube.end))
-        near = find_near_faces(graph, trimmed, p0, p1, begin, within_mm=tube.radius_mm + within_mm)
-        clear &= near.counts == 0
-    return clear

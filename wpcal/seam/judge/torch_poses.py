@@ -14,22 +14,19 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
-from wpcal.brep.near_groups import NearBundles, find_near_faces, first_of_groups
+from wpcal.brep.near_groups import NearBundles
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import NEAR_ROOT_MM, TOUCH_MM, WIRE_RADIUS_MM, Necks
-from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, edges_in_tubes, neck_faces
+from wpcal.seam.judge.torch_neck import bend_directions, edges_in_tubes, neck_faces
 
 MOST_WIDER_MM = 0.15
 """The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""
 AROUND = 16
 """Lines on the outermost circle: 4 mm apart on a nozzle of 22 mm. There are half as many on the circle inside it."""
 CHUNK = 4000  #: Poses handled in one array: some 50 MB.
-SMALL_TURN_RAD = 0.2
-"""Between two poses that differ by less, the end of the torch stays within 1.5 mm of the straight way."""
-BULGE_MM = 2.0
 POCKET_WIDTHS = 4  #: Directions across the wire in which a pocket is measured: every 45 degrees around it.
 POCKET_STEP_MM = 2.0
 """Lines at which the width of a pocket is measured are so far apart: a wall around the wire is rarely thinner."""
@@ -236,33 +233,3 @@ def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
 def turned(angle_rad: FloatArray) -> FloatArray:
     """Return angles of shape (n,), or of any other shape, between -pi and pi, rad."""
     return np.asarray(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi, dtype=np.float64)
-
-
-def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> BoolArray:
-    """Tell for each pose whether nothing is near the torch on its way to the next pose; shape (n,).
-
-    No line is sent: the answer is quick, and a step that is not clear may still be free.
-    """
-    n = len(poses)
-    first = first_of_groups(poses.owner, poses.back)
-    turn = np.linalg.norm(np.diff(poses.back, axis=0, append=poses.back[-1:]), axis=1)
-    turn = np.maximum(turn, np.abs(turned(np.diff(poses.spin_rad, append=poses.spin_rad[-1:]))))
-    has_next = np.append(poses.owner[1:] == poses.owner[:-1], False) & (turn <= SMALL_TURN_RAD)
-    size = np.diff(first, append=n)
-    more = has_next[first + size - 1]  # the pose after the group belongs to its last step
-    counts = size + more
-    row = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(first, counts)
-    start, mouth, end = (values[row, None] for values in (poses.start_mm, poses.mouth_mm, poses.end_mm))
-    wire_mm, nozzle_mm = felt_radii_mm(graph, poses.torch)
-    p, back, begin = poses.p[row], poses.back[row], np.cumsum(counts) - counts
-    wire = find_near_faces(graph, trimmed, p + start * back, p + mouth * back, begin, within_mm=wire_mm)
-    k = 4
-    rim = _circle(back, nozzle_mm * np.sqrt(2.0), k)
-    low, high = ((p + at * back)[:, None] + rim for at in (mouth, end))
-    nozzle = find_near_faces(graph, trimmed, low.reshape(-1, 3), high.reshape(-1, 3), k * begin, within_mm=BULGE_MM)
-    clear = (wire.counts == 0) & (nozzle.counts == 0)
-    if poses.torch.neck is not None:
-        within = usual_deflection_mm(graph.size_mm) + BULGE_MM
-        clear &= are_necks_clear(graph, trimmed, poses.select(row).necks, begin, within_mm=within)
-    empty = np.repeat(clear, size)
-    return np.asarray(empty & (turn <= SMALL_TURN_RAD), dtype=bool)
