@@ -30,10 +30,12 @@ def widest_gaps(first: FloatArray, step: FloatArray, owner: IntArray, count: int
 
 
 def ring_boxes(graph: BrepGraph, faces: IntArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of the boxes around parts of tori, two arrays (k, 3), mm; `u`, `v` (k, 2) are their ends, rad.
+    """Return the corners of the boxes around parts of tori, two arrays (k, 3), mm.
 
     Along a direction with the components (x, y, z) in the frame of a torus, a point lies at (R + r cos v) h + r z sin v
     with h = x cos u + y sin u. That is linear in h, so its extremes are at the extremes of h.
+
+    `faces`: shape (k,). `u`, `v`: shape (k, 2). Between which angles the parts lie, rad.
     """
     x, y, z = (graph.face_frame[faces, axis] for axis in (1, 2, 3))
     major, minor = (graph.face_param[faces, column, None] for column in (0, 1))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass
 from itertools import pairwise, product
-from typing import TypeAlias
 
 import numpy as np
 
@@ -41,10 +40,6 @@ class Alike:
     solids: dict[int, dict[int, int]]  #: The solid beside a seam, by the one beside its first; by seam.
 
 
-_Room: TypeAlias = tuple[FloatArray, FloatArray]
-"""Corners (k, 3) of the boxes through which a torch goes, from the tip to its end, in the first frame of a seam, mm."""
-
-
 def find_alike(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, leans_rad: FloatArray) -> Alike:
     """Find the seams at which a torch meets the same things.
 
@@ -59,7 +54,8 @@ def find_alike(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, leans_
     kind = np.repeat(np.arange(len(kinds)), [len(own) for own in kinds])
     ends = np.append(first, len(poses))
     rooms = [_room(graph, poses.select(slice(ends[own[0]], ends[own[0] + 1])), leans_rad) for own in kinds]
-    places = _Places(graph, trimmed, poses.p[first[rows]], poses.R[first[rows]], rooms, kind)
+    slabs = [np.array(corners) for corners in zip(*rooms, strict=True)]
+    places = _Places(trimmed, poses.p[first[rows]], poses.R[first[rows]], slabs, kind)
     known: dict[tuple[int, bytes], int] = {}
     beside = []
     for number, (what, solids) in enumerate(places.surroundings()):
@@ -84,8 +80,8 @@ def _same_runs(poses: FeltPoses, first: IntArray) -> list[IntArray]:
     return [np.array(rows) for rows in like.values()]
 
 
-def _room(graph: BrepGraph, run: FeltPoses, leans_rad: FloatArray) -> _Room:
-    """Return the room of a torch along a seam, whatever its lean."""
+def _room(graph: BrepGraph, run: FeltPoses, leans_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the corners (k, 3) of boxes through which a torch goes along a seam, in its first frame, mm."""
     torch, far_mm = run.torch, float(run.wire_mm.max()) + run.torch.length_mm - run.torch.wire_mm + APPROACH_MM
     wide = max(2.0 * torch.mouth_mm, 2.0 * torch.nozzle_radius_mm) + usual_deflection_mm(graph.size_mm) + BULGE_MM
     end = far_mm * np.arange(1, SLABS + 1) / SLABS
@@ -108,10 +104,9 @@ class _Places:
     """What is in the rooms of seams: rows of a seam, a code of what it is, and its place; and the solid of each."""
 
     def __init__(
-        self, graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, rooms: list[_Room], kind: IntArray
+        self, trimmed: TrimmedFaces, p: FloatArray, R: FloatArray, slabs: list[FloatArray], kind: IntArray
     ) -> None:
-        self.graph, self.trimmed, self.p = graph, trimmed, p
-        slabs = [np.array(corners) for corners in zip(*rooms, strict=True)]
+        self.graph, self.trimmed, self.p = trimmed.graph, trimmed, p
         self.axes, self.kind, self.slabs = R, kind, slabs
         low, high = slabs[0].min(axis=1)[kind], slabs[1].max(axis=1)[kind]
         self.middle = p + np.einsum("nij,nj->ni", R, (low + high) / 2.0)

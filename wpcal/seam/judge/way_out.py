@@ -19,7 +19,6 @@ from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 
 DIRECTIONS = (8, 40, 600)  #: Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them.
-APART = 8  #: So far apart are those of the 40 that are tried together.
 AROUND = 6  #: Rays around a free one, at the radius of the nozzle.
 CHUNK = 30_000  #: Rays sent together.
 GOLDEN_RAD = np.pi * (3.0 - np.sqrt(5.0))  #: Directions turned by it, one after the other, are spread evenly.
@@ -35,7 +34,7 @@ def find_closed_in(
     left = np.flatnonzero(_meet(graph, trimmed, start, z)[0])
     around: dict[int, frozenset[int]] = {}
     few, more, many = [_spread(count) for count in DIRECTIONS]
-    for some in (*few[:, None], *(more[k::APART] for k in range(APART)), many):  # most seams need one or two
+    for some in (*few[:, None], *(more[k :: len(few)] for k in range(len(few))), many):  # most need one or two
         held, step = [], CHUNK // len(some)
         for first in range(0, len(left), step):
             rows = left[first : first + step]
