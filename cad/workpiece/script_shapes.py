@@ -24,7 +24,7 @@ def script_shapes(given: Any) -> tuple[Any, ...]:
 
 
 def _shapes_of(given: Any) -> Iterator[Any]:
-    if hasattr(given, "wrapped"):
+    if hasattr(getattr(given, "wrapped", None), "ShapeType"):  # a vector wraps something else, an empty shape nothing
         yield _to_build123d(given.wrapped, str(getattr(given, "label", "") or "")) if _is_cadquery(given) else given
     elif hasattr(given, "toCompound") and hasattr(given, "children"):  # a CadQuery Assembly
         for shape, name, place, *_ in given:
@@ -33,7 +33,9 @@ def _shapes_of(given: Any) -> Iterator[Any]:
         for shape in given.vals():
             if hasattr(shape, "ShapeType"):  # a vector on the stack is not a shape
                 yield from _shapes_of(shape)
-    elif isinstance(given, Iterable) and not isinstance(given, dict):
+    elif type(given).__name__ == "BuildPart":
+        yield from _shapes_of(given.part)
+    elif isinstance(given, Iterable) and not isinstance(given, dict | str) and not hasattr(given, "wrapped"):
         for each in given:
             yield from _shapes_of(each)
     else:

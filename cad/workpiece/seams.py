@@ -66,15 +66,16 @@ class Explained:
 
 
 def find_seams(
-    workpiece: Workpiece, options: SeamOptions | None = None, choice: SeamChoice | None = None
+    workpiece: Any, options: SeamOptions | None = None, choice: SeamChoice | None = None
 ) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece. For solids that overlap, the kernel first computes the intersection curves.
 
+    `workpiece`: What `open_workpiece` takes.
     Returns `seams`: tuple of Seam. With frames in `part`.
     Returns `workpiece`: The same workpiece, with those curves in its graph, with the pairs that failed in its issues,
     and with what its solids are taken for.
     """
-    options, choice = options or SeamOptions(), choice or SeamChoice()
+    workpiece, options, choice = open_workpiece(workpiece), options or SeamOptions(), choice or SeamChoice()
     options = replace(options, judging=options.judging.after(choice.judging))
     of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))

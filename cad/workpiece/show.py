@@ -11,7 +11,7 @@ import numpy as np
 from cad.draw.page_colours import AXES, PART, RESIDUAL, UNKNOWN, colour_of
 from cad.workpiece.calibrate import WorkpieceCalibration
 from cad.workpiece.to_build123d import seam_wire
-from cad.workpiece.workpiece import Workpiece
+from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam
@@ -35,13 +35,13 @@ class Drawn:
     alpha: float = 1.0
 
 
-def show(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = (), *, port: int | None = None) -> None:
+def show(found: Any, seams: Sequence[Seam] = (), *, port: int | None = None) -> None:
     """Show a part with its seams, their frames and the taught points in the viewer of `ocp_vscode`.
 
     Raises `InputError` when `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
 
-    `found`: A calibrated part is shown in `base`, with seams in the colour of their 95 % error. An opened part is shown
-    in `part`, with `seams`.
+    `found`: A calibrated part is shown in `base`, with seams in the colour of their 95 % error. What
+    `open_workpiece` takes is shown in `part`, with `seams`.
     """
     try:
         import ocp_vscode
@@ -62,9 +62,10 @@ def show(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = (), *,
     )
 
 
-def drawn_of(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = ()) -> list[Drawn]:
+def drawn_of(found: Any, seams: Sequence[Seam] = ()) -> list[Drawn]:
     """Return what `show` draws; parameters as there."""
-    if isinstance(found, Workpiece):
+    if not isinstance(found, WorkpieceCalibration):
+        found = open_workpiece(found)
         shapes = found.shapes or found.file.step.build123d_shapes()
         colours = [colour_of(0.0) if seam.accepted else UNKNOWN for seam in seams]
         return [*_parts(shapes), *_seams(found, seams, None, colours), *_axes([seam.frames for seam in seams])]

@@ -20,7 +20,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.wording import counted
+from wpcal.core.wording import counted, listed
 from wpcal.seam.member.note import MemberNotes
 from wpcal.taught.features import ReferenceFeature, Touchable, find_features, judge_features
 
@@ -120,11 +120,11 @@ class Workpiece:
 def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress) -> Workpiece:
     """Read a part.
 
-    Raises `InputError` when the file cannot be read, there is no solid, or a solid has geometry at infinity.
+    Raises `InputError` when the file cannot be read, a shape holds no solid, or a solid has geometry at infinity.
     Raises `KernelError` when the kernel fails.
 
     `step`: A STEP file, or shapes in mm: the label of a shape becomes the name of its solid, in an assembly that of
-    each part. A CadQuery `Workplane` or `Assembly` is taken, too. A part that is open already is returned as it is.
+    each part. A `BuildPart` and CadQuery's `Workplane` or `Assembly` are taken too. An open part is returned as it is.
     `cache`: Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is
     kept.
     """
@@ -137,10 +137,10 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
     from cad.kernel.to_brep import to_brep
 
     shapes = script_shapes(step)
-    named = _named_solids(shapes)
-    if not named:
-        raise InputError("the shapes given hold no solid")
-    return Workpiece(to_brep(named), shapes=shapes)
+    bare = [type(shape).__name__ for shape in shapes if not labelled_solids(shape)]
+    if bare or not shapes:
+        raise InputError(f"expected shapes with solids, got {listed(bare) or 'no shape'} without one")
+    return Workpiece(to_brep(_named_solids(shapes)), shapes=shapes)
 
 
 def _megabytes(path: Path) -> str:

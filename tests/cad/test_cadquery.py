@@ -93,6 +93,18 @@ def test_workplanes_and_shapes_of_both_libraries_can_be_mixed(plates: tuple[Any,
     assert found == ["build123d", "build123d"]
 
 
+def test_shapes_are_opened_where_a_workpiece_is_expected(plates: tuple[Any, Any]) -> None:
+    from build123d import Box, BuildPart, Edge, Pos
+
+    with BuildPart() as built:
+        Box(200, 120, 10)
+    assert len(cad.find_seams([built, Pos(0, 0, 45) * plates[1]])[0]) == TEE_SEAMS
+    with pytest.raises(InputError, match="expected shapes with solids, got Edge without one"):
+        cad.open_workpiece([plates[0], Edge.make_line((0, 0, 0), (1, 1, 1))])
+    with pytest.raises(InputError, match="got Vector"):
+        cad.find_seams([plates[0], plates[0].center()])
+
+
 @pytest.mark.parametrize("given", [7, None, {"a": 1}])
 def test_what_is_no_shape_is_said(given: object) -> None:
     with pytest.raises(InputError, match="build123d or CadQuery"):
