@@ -25,6 +25,7 @@ from wpcal.core.csv_text import without_mark
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.numbers import NUMBER
+from wpcal.core.printable import printable
 from wpcal.core.wording import listed, shown
 
 SEPARATORS = ";\t,"  #: In order of priority: a header with a semicolon or a tab is not separated by commas.
@@ -75,12 +76,18 @@ class Table:
                 raise FormatError(f"unknown column {shown(name)}; did you mean {near[0]}?", path=self.path, line=1)
 
     def unique_names(self, column: str) -> tuple[str, ...]:
-        """Return the cells of a column of names. Raises `FormatError` when a cell is empty or appears twice."""
+        """Return the cells of a column of names.
+
+        Raises `FormatError` when a cell is empty, appears twice or contains a control character.
+        """
         self.require([column])
         seen: dict[str, int] = {}
         for line, name in zip(self.lines, self.columns[column], strict=True):
             if not name:
                 raise FormatError("the name is empty", path=self.path, line=line, column=column)
+            if printable(name) != name:
+                what = f"the name {shown(name)} contains a control character; type the name again"
+                raise FormatError(what, path=self.path, line=line, column=column)
             if name in seen:
                 what = f"the name {shown(name)} appears twice, first in line {seen[name]}"
                 raise FormatError(what, path=self.path, line=line, column=column)
@@ -138,12 +145,14 @@ def read_table(path: Path) -> Table:
     """Read a text table with a header line.
 
     Raises `InputError` when the file cannot be opened.
-    Raises `FormatError` when it is not UTF-8 text, is a STEP file or empty, has no rows, has a column twice, or has a
-    row of another length than the header.
+    Raises `FormatError` when it is not UTF-8 text, is of another kind or empty, has no rows, has a column twice, or has
+    a row of another length than the header.
     """
     return parse_table(read_bytes(path), path=str(path))
 
 
+OTHER_KINDS = {"ISO-10303-21": "a STEP", "{": "a JSON", "[": "a JSON", "<": "an XML or HTML", "%PDF": "a PDF"}
+"""How the text of a file begins that is not a table."""
 SPREADSHEET_MARK = b"PK\x03\x04"  #: Spreadsheets of today are ZIP archives.
 
 
@@ -157,8 +166,11 @@ def _text_of(raw: bytes, path: str) -> str:
         raise FormatError(f"is not UTF-8 text (byte {error.start}): save it as CSV UTF-8", path=path) from None
     if not text.strip():
         raise FormatError("the file is empty; expected a header line and rows", path=path)
-    if text.lstrip().startswith("ISO-10303-21"):
-        raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=path)
+    if "\0" in text:
+        raise FormatError("is UTF-16 text or not a text (it has NUL characters): save it as CSV UTF-8", path=path)
+    kind = next((kind for start, kind in OTHER_KINDS.items() if text.lstrip().startswith(start)), None)
+    if kind is not None:
+        raise FormatError(f"is {kind} file, expected a table with a header line; are two files swapped?", path=path)
     return text
 
 

@@ -64,6 +64,9 @@ def test_comma_beside_point_is_refused_as_doubtful(tmp_path):
         (f"{HEADER}\n", "no rows"),
         ("name,x_mm,x_mm\na,1,2\n", "appears twice"),
         ('name,x_mm,y_mm\na,"1,2\n', "not a readable table"),
+        ('{"name": ["a"],\n"x_mm": [1, 2]}', "is a JSON file"),
+        ("<html>,\n<p>1,2,3</p>", "is an XML or HTML file"),
+        (f"{HEADER}\na,1,2\n".encode("utf-16-le").decode(), "UTF-16"),
     ],
 )
 def test_a_table_that_is_none_is_refused(tmp_path, text, words):
@@ -91,6 +94,8 @@ def test_names_are_unique_and_not_empty(tmp_path):
         read(tmp_path, f"{HEADER}\na,1,2\nb,1,2\na,3,4\n").unique_names("name")
     with pytest.raises(FormatError, match=r"line 2.*empty"):
         read(tmp_path, f"{HEADER}\n,1,2\n").unique_names("name")
+    with pytest.raises(FormatError, match=r"line 3.*'b\\x1b' contains a control character"):
+        read(tmp_path, f"{HEADER}\na,1,2\nb\x1b,1,2\n").unique_names("name")
 
 
 def test_choices_fill_in_the_default_and_refuse_other_words(tmp_path):
