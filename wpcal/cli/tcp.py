@@ -32,6 +32,8 @@ def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_j
     Touch the same sharp point (a tip clamped in the cell) at least four times, with the tool tilted in different
     directions. TOUCHES.csv has the columns name, q1_deg…q6_deg. Use the arm that corrects your points: with an
     identified arm, a tool centre point taught in the controller does not fit.
+
+    Ends with code 1 if the touches are not of one point.
     """
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import to_json, write_file
@@ -51,7 +53,9 @@ def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_j
         click.echo(record, nl=False)
     else:
         _show(names, found)
-    return 0
+    if found.refusal:
+        click.echo(f"wpcal: {found.refusal}", err=True)
+    return 1 if found.refusal else 0
 
 
 def _show(names: tuple[str, ...], found: ToolPoint) -> None:

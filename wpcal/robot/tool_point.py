@@ -26,6 +26,9 @@ LEAST_SPREAD = 0.1
 """Least singular value of the rotations per posture: below it (about 6 degrees) the postures turn about one axis, and
 the tool centre point may lie anywhere along that axis."""
 
+MOST_RMS_MM = 10.0
+"""RMS of touches of one point, at most. A nominal arm is off by a few millimetres; different points are by more."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolPoint:
@@ -47,6 +50,13 @@ class ToolPoint:
     def rms_mm(self) -> float:
         """Root mean square distance of the touches from their common point, mm."""
         return float(np.sqrt(np.mean(np.sum(self.residuals**2, axis=1))))
+
+    @property
+    def refusal(self) -> str:
+        """Why this is not a tool centre point; empty where it is one."""
+        off = f"the touches are {self.rms_mm:.1f} mm (RMS) from one point, expected at most {MOST_RMS_MM:g} mm"
+        how = "touch the same point every time, with the arm that --robot names"
+        return "" if self.rms_mm <= MOST_RMS_MM else f"no tool centre point: {off}; {how}"
 
     def to_record(self, arm: Arm, names: Sequence[str]) -> dict[str, Any]:
         """Return the record ``wpcal/tool/1``, mm. `names` are those of the n touches."""

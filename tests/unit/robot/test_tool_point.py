@@ -51,6 +51,9 @@ def test_exact_touches_give_the_tip_and_the_point():
     np.testing.assert_allclose(found.t_flange, TIP, rtol=0, atol=EXACT_MM)
     np.testing.assert_allclose(found.p_base, SPOT, rtol=0, atol=EXACT_MM)
     assert found.error_95_mm < EXACT_MM * 10
+    assert (
+        "mm (RMS) from one point" in find_tool_point(MH6, random_joints(MH6, 6, rng=np.random.default_rng(3))).refusal
+    )
 
 
 def test_the_interval_holds_the_error():
@@ -130,6 +133,9 @@ def test_the_command_writes_the_file_that_correct_takes(tmp_path, capsys):
     points = np.array([[float(cell) for cell in line.split(",")[1:4]] for line in out.splitlines()[1:]])
     np.testing.assert_allclose(points, np.tile(SPOT, (5, 1)), rtol=0, atol=1e-5)  # the table holds 1e-6 mm
     assert wpcal(capsys, "tcp", table, "--robot", "mh6", "-o", tool)[0] == 2
+    table.write_text("\n".join([header, *rows[:-1], "P4,10,20,-30,20,40,50"]) + "\n", encoding="utf-8")
+    code, _, err = wpcal(capsys, "tcp", table, "--robot", "mh6")
+    assert (code, err.count("\n"), "no tool centre point" in err) == (1, 1, True)
 
 
 def test_a_broken_tool_file_is_refused(tmp_path):
