@@ -167,6 +167,7 @@ def _show(
     as_json: bool,
 ) -> None:
     from wpcal.controllers.program.describe import NOT_CHECKED, describe_moves, describe_woven_data
+    from wpcal.core.wording import counted
 
     program = next(iter(forms.values()))
     woven = describe_woven_data(path.run for path in program.paths)
@@ -191,7 +192,7 @@ def _show(
         form = forms[name]
         poses = sum(len(path) for path in form.paths)
         away = "" if form.tolerance is None else f"; {describe_moves(form, form.tolerance)}"
-        what = f"{len(form.paths)} seams, {poses} poses{away}"
+        what = f"{counted(len(form.paths), 'seam')}, {poses} poses{away}"
         click.echo(f"{name}: {what}: {', '.join(sorted(files))} in {targets[name]}")
     click.echo(f"wpcal: {'; '.join((*program.checked, not_checked))}", err=True)
 

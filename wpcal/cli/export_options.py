@@ -191,10 +191,11 @@ class WeldPrograms:
 
     def _make(self, tolerance: PathTolerance | None) -> WeldProgram:
         from wpcal.controllers.program.few_moves import fit_program
+        from wpcal.core.wording import counted
 
         program, arm = self._program, self._arm
         points = sum(map(len, program.paths))
-        self._progress(f"comparing {points} poses on {len(program.paths)} seams with the part")
+        self._progress(f"comparing {points} poses on {counted(len(program.paths), 'seam')} with the part")
         if arm is not None:
             from wpcal.controllers.program.compensation import compensate_program
             from wpcal.controllers.program.followed_program import program_for_arm

@@ -77,8 +77,8 @@ def test_force_removes_the_jobs_of_seams_that_are_no_longer_welded(finished_fold
     first = {path.name for path in out.iterdir()}
     (out / "MINE.LS").write_text("/PROG MINE\n")
     (out / "notes.txt").write_text("kept")
-    code, _, err = call(capsys, *given, "--only", "W1", "--force")
-    assert code == 0
+    code, out_text, err = call(capsys, *given, "--only", "W1", "--force")
+    assert (code, "fanuc: 1 seam, " in out_text) == (0, True)
     assert {path.name for path in out.iterdir()} == {"WPCAL.ls", "W1.ls", "MINE.LS", "notes.txt"}
     gone = ", ".join(sorted(first - {"WPCAL.ls", "W1.ls"}))
     assert f"{out}: removed jobs of an earlier export: {gone}" in err

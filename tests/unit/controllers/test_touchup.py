@@ -17,6 +17,7 @@ from tests.touch_ups.shop import Truth, load
 from tests.touch_ups.study import Seen, Wanted, calibrated, play, program
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.calibrate.errors.field_shift import FieldShift
+from wpcal.controllers.touchup.record import sentences
 from wpcal.controllers.touchup.study import TouchUp, TouchUpOptions
 from wpcal.controllers.touchup.swept import moved_part
 
@@ -180,12 +181,14 @@ def test_what_else_a_person_does_on_the_pendant_is_understood(written: Path, tmp
     )
     assert "W2_retr:=[[175.00000,20." in text
     path = path.rename(path.with_name("copy.mod"))
+    text = text.replace("tTorch", "TTORCH")
     path.write_text(text.replace("W2_retr:=[[175.00000,20.", "W2_retr:=[[175.00000,-20."))  # 40 mm, by its name
     record = touched_up(path, written / "rapid")
     (added,) = record["points"]  # type: ignore[misc]
     assert (added["seam"], added["is_added"], added["is_end"]) == ("W3", True, False)
     assert added["across_mm"] == pytest.approx(0.3, abs=1e-3)
     assert len(record["deleted"]) == 1  # type: ignore[arg-type]
+    assert not any("the tool was" in said for said in record["sentences"])  # type: ignore[attr-defined]
     assert record["common"] is None
 
 
@@ -237,8 +240,10 @@ def test_what_is_corrected_alike_in_most_jobs_of_a_part_is_proposed_by_drift(wri
 
 def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:
     seen = Seen()
-    play(FRAME, Wanted(seams=4, clamp=True), 1, seen)
+    found = play(FRAME, Wanted(seams=4, clamp=True), 1, seen)
     assert (seen.clamp, seen.false_clamp) == ([True], 0)
+    (clamp,) = found.exceptions
+    assert any(f"moved by {np.linalg.norm(clamp.moved):.2f} mm" in said for said in sentences(found))
     found = play(FRAME, Wanted(seams=8, preference=True, rebase=True), 2, seen)
     assert found.common is not None
     assert found.offsets

@@ -39,8 +39,8 @@ class ProgramPose:
 
     @property
     def key(self) -> tuple[str, str, bool]:
-        """What the pose is called in its program."""
-        return self.place.file.lower(), self.text, self.is_via
+        """What the pose is called in its program; a pendant may spell it with other capitals."""
+        return self.place.file.lower(), self.text.lower(), self.is_via
 
     @property
     def where(self) -> str:

@@ -88,16 +88,16 @@ def written_lines(found: TouchUp) -> list[dict[str, Any]]:
 
 def sentences(found: TouchUp) -> list[str]:
     """Return what a person should know, one sentence each."""
-    old, new = (", ".join(sorted(program.tools)) for program in (found.written, found.changed))
+    old, new = (", ".join(sorted(program.tools, key=str.lower)) for program in (found.written, found.changed))
     deleted = "; ".join(found.written.poses[row].where for row in found.pairs.deleted)
     return [
         *_common(found),
-        *([f"the tool was {old}, now {new}"] if old != new else ()),
+        *([f"the tool was {old}, now {new}"] if old.lower() != new.lower() else ()),
         *(f"{name} has moved against the other bodies" for name in found.bodies),
         *(_offset(kind, offset) for kind, offset in found.offsets.items()),
         *(
-            f"{point.place} ({found.part.seams[point.seam].name}) contradicts the other corrections by "
-            f"{np.linalg.norm(point.in_seam[1:]):.2f} mm: kept, but taken for an exception (a clamp, a tack)"
+            f"{point.place} ({found.part.seams[point.seam].name}) contradicts the other corrections, moved by "
+            f"{np.linalg.norm(point.moved):.2f} mm: kept, but taken for an exception (a clamp, a tack)"
             for point in found.exceptions
         ),
         *([f"deleted on the pendant: {deleted}"] if deleted else ()),
