@@ -76,10 +76,7 @@ class Table:
                 raise FormatError(f"unknown column {shown(name)}; did you mean {near[0]}?", path=self.path, line=1)
 
     def unique_names(self, column: str) -> tuple[str, ...]:
-        """Return the cells of a column of names.
-
-        Raises `FormatError` when a cell is empty, appears twice or contains a control character.
-        """
+        """Return names. Raises `FormatError` when one is empty, appears twice or contains a control character."""
         self.require([column])
         seen: dict[str, int] = {}
         for line, name in zip(self.lines, self.columns[column], strict=True):
@@ -151,8 +148,8 @@ def read_table(path: Path) -> Table:
     return parse_table(read_bytes(path), path=str(path))
 
 
+#: How a file begins that is not a table.
 OTHER_KINDS = {"ISO-10303-21": "a STEP", "{": "a JSON", "[": "a JSON", "<": "an XML or HTML", "%PDF": "a PDF"}
-"""How the text of a file begins that is not a table."""
 SPREADSHEET_MARK = b"PK\x03\x04"  #: Spreadsheets of today are ZIP archives.
 
 
@@ -168,9 +165,9 @@ def _text_of(raw: bytes, path: str) -> str:
         raise FormatError("the file is empty; expected a header line and rows", path=path)
     if "\0" in text:
         raise FormatError("is UTF-16 text or not a text (it has NUL characters): save it as CSV UTF-8", path=path)
-    kind = next((kind for start, kind in OTHER_KINDS.items() if text.lstrip().startswith(start)), None)
-    if kind is not None:
-        raise FormatError(f"is {kind} file, expected a table with a header line; are two files swapped?", path=path)
+    for start, kind in OTHER_KINDS.items():
+        if text.lstrip().startswith(start):
+            raise FormatError(f"is {kind} file, expected a table with a header line; are two files swapped?", path=path)
     return text
 
 

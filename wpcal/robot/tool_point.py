@@ -26,8 +26,7 @@ LEAST_SPREAD = 0.1
 """Least singular value of the rotations per posture: below it (about 6 degrees) the postures turn about one axis, and
 the tool centre point may lie anywhere along that axis."""
 
-MOST_RMS_MM = 10.0
-"""RMS of touches of one point, at most. A nominal arm is off by a few millimetres; different points are by more."""
+MOST_RMS_MM = 10.0  #: Of touches of one point. A nominal arm is off by a few millimetres, different points by more.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
