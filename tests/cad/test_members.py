@@ -164,16 +164,65 @@ def test_a_plate_that_is_bent_by_45_degrees_is_welded_at_its_rib_only(radius: fl
     assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * 150.0)
 
 
+def welded_mm(*bodies: Any) -> float:
+    """Return the length of the accepted seams of bodies fused into one."""
+    return sum(seam.length_mm for seam in fused_seams(bodies[0] + [*bodies[1:]]) if seam.accepted)
+
+
+PLATE = Box(200, 200, 8, align=ALONG)
+TUBE = Pos(0, 0, 8) * (Cylinder(40, 100, align=ALONG) - Cylinder(36, 100, align=ALONG))  # welded inside and outside
+TUBE_MM = 2 * np.pi * (40 + 36)
+
+
+def hexagon(flats: float, high: float) -> Any:
+    return extrude(RegularPolygon(flats / np.sqrt(3), 6), high)
+
+
+def pin(radius: float, head: float, high: float, *, chamfer: float = 0.0) -> Any:
+    """Return a pin under the plate with a head on it."""
+    cap = Pos(0, 0, 8) * Cylinder(head, high, align=ALONG)
+    return (fillet(cap.edges().sort_by(Axis.Z)[-1], chamfer) if chamfer else cap) + Pos(0, 0, -20) * Cylinder(
+        radius, 20, align=ALONG
+    )
+
+
 def test_nobody_welds_round_bolts_screws_and_nuts_that_are_one_body_with_their_plate() -> None:
-    head = extrude(RegularPolygon(14, 6), 13)
-    bolt = head + Pos(0, 0, 13) * Cylinder(8, 120, align=ALONG)
-    assert not fused_seams(bolt)
-    tube = Pos(0, 0, 8) * (Cylinder(40, 100, align=ALONG) - Cylinder(36, 100, align=ALONG))
-    heads = [Pos(x, y, 8) * head for x in (-75, 75) for y in (-75, 75)]
-    button = fillet((Pos(0, 0, 8) * Cylinder(9, 5, align=ALONG)).edges().sort_by(Axis.Z)[-1], 4)
-    screw = Pos(0, -75, 0) * (button + Pos(0, 0, -20) * Cylinder(6, 20, align=ALONG))
-    accepted = [seam for seam in fused_seams(Box(200, 200, 8, align=ALONG) + tube + heads + screw) if seam.accepted]
-    assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * np.pi * (40 + 36), rel=0.01)
+    heads = [Pos(x, y, 8) * hexagon(24, 13) for x in (-75, 75) for y in (-75, 75)]
+    screw = Pos(0, -75, 0) * pin(6, 9, 5, chamfer=4)
+    assert welded_mm(PLATE, TUBE, *heads, screw) == pytest.approx(TUBE_MM, rel=0.01)
+    assert welded_mm(hexagon(38, 10) + Pos(0, 0, 10) * Cylinder(12.7, 300, align=ALONG)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("body", "more"),
+    [
+        (Pos(75, 75, 8) * hexagon(60, 13), 6 * 60 / np.sqrt(3)),
+        (Pos(75, 75, 8) * (hexagon(19, 10) - Cylinder(5, 30)), 6 * 19 / np.sqrt(3)),
+        (Pos(75, 75, 0) * pin(6, 15, 5), 2 * np.pi * (6 + 15)),
+        (Pos(75, 75, 0) * pin(15, 20, 20), 2 * np.pi * (15 + 20)),
+    ],
+    ids=["hexagon of 60 mm", "weld nut", "disc", "trunnion"],
+)
+def test_what_is_no_screw_is_welded(body: Any, more: float) -> None:
+    assert welded_mm(PLATE, TUBE, body) - TUBE_MM > 0.6 * more  # a nozzle does not turn round every corner of a nut
+
+
+def test_a_tube_as_thick_as_its_plate_is_no_collar() -> None:
+    tube = Pos(0, 0, 5) * Cylinder(30, 80, align=ALONG)
+    body = Box(200, 200, 5, align=ALONG) + tube - Cylinder(25, 300)
+    assert welded_mm(body, Pos(0, 80, 5) * Box(150, 5, 60, align=ALONG)) > 2 * np.pi * 30 + 290
+
+
+def test_two_plates_with_a_bead_and_a_broken_edge_are_not_bent() -> None:
+    t = 10.0
+    lower, edge = Polyline((-200, 0), (0, 0), (100, 100)), np.tan(np.pi / 8) * t
+    upper = ((100 - t / np.sqrt(2), 100 + t / np.sqrt(2)), (-edge, t), (-200, t))
+    plates = extrude(make_face([lower, Polyline((100, 100), *upper, (-200, 0))]), 150)
+    fold = [e for e in plates.edges().filter_by(Axis.Z) if abs(e.center().X) < 5]
+    beaded = plates.fillet(4.0, [e for e in fold if e.center().Y > 1]).fillet(
+        2.0, [e for e in fold if e.center().Y < 1]
+    )
+    assert welded_mm(beaded, Pos(-120, t + 30, 75) * Box(8, 60, 150)) == pytest.approx(3 * 150.0, rel=0.01)
 
 
 def test_a_thin_ring_inside_the_bolt_circle_of_a_flange_is_no_member() -> None:

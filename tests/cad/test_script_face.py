@@ -100,6 +100,8 @@ def test_points_come_in_any_form(tmp_path: Path) -> None:
         ({"V1": (1, 2, "x")}, "taught points"),
         ([[1, 2, float("nan")]], "taught points"),
         (Frame(columns={"x_mm": [1]}), "missing column name"),
+        (Frame(columns={"name": [1], "x_mm": [1], "X [mm]": [2], "y_mm": [3], "z_mm": [4]}), "'x_mm' appears twice"),
+        (Frame(columns={"name": [], "x_mm": [], "y_mm": [], "z_mm": []}), "no rows"),
         ({1: (1, 2, 3), 2: (4, 5)}, "taught points"),
         (None, "taught points"),
     ],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, as_points
-from wpcal.core.cells import column_name
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes, sha256_of
@@ -139,11 +140,11 @@ def _positions(given: Any) -> Any:
 
 
 def _table_of(columns: Iterable[Any], given: Any) -> Table:
-    """Return the cells of a table of another library as text; values that are missing are empty cells."""
-    texts = {column_name(str(name)): [str(cell).strip() for cell in given[name]] for name in columns}
-    cells = {name: ["" if text in MISSING else text for text in column] for name, column in texts.items()}
-    rows = max(map(len, cells.values()), default=0)
-    return Table("taught points", cells, tuple(range(1, rows + 1)), "")
+    """Return a table of another library as the table of a file; values that are missing are empty cells."""
+    names, text = [*columns], io.StringIO(newline="")
+    cells = [["" if str(cell).strip() in MISSING else str(cell).strip() for cell in given[name]] for name in names]
+    csv.writer(text).writerows([list(map(str, names)), *zip(*cells, strict=True)])
+    return parse_table(text.getvalue().encode(), path="taught points")
 
 
 def read_taught(path: Path | str) -> TaughtPoints:

@@ -19,13 +19,14 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
 from wpcal.controllers.program import ControllerSettings, build_program
-from wpcal.controllers.program.air_moves import AirSettings
+from wpcal.controllers.program.air_moves import AirSettings, TorchAtTool
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
 from wpcal.planning.cell.segments import segment_triangle_distances
 from wpcal.results.folder import read_finished
-from wpcal.robot.torch.shape import TorchShape
+from wpcal.robot.torch.attitude import ToolAxis
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.weld.runs import RunChoice
 
 pytestmark = pytest.mark.many
@@ -291,3 +292,12 @@ def test_a_ring_is_welded_on_over_its_start():
     assert len(path.u95_mm) == len(more)
     with pytest.raises(InputError, match="is a ring of 160 mm"):
         build_program(finished, choice=RunChoice(overlap_mm=200.0))
+
+
+def test_a_longer_wire_is_ahead_of_the_tool_on_the_way_to_its_seam():
+    usual = TorchAtTool(USUAL_TORCH, ToolAxis.Z, 2.0)
+    ends, radii = usual.pieces
+    longer, same = dataclasses.replace(usual, more_wire_mm=15.0).pieces
+    assert (longer - ends)[0, 0].tolist() == pytest.approx([0.0, 0.0, 15.0])
+    assert (longer - ends).reshape(-1, 3)[1:] == pytest.approx(0.0)
+    assert same == pytest.approx(radii)

@@ -142,6 +142,7 @@ class TorchAtTool:
     shape: TorchShape
     axis: ToolAxis
     standoff_mm: float  #: From the tool centre point to the tip of the wire.
+    more_wire_mm: float = 0.0  #: How far the wire sticks out beyond that.
 
     @cached_property
     def pieces(self) -> tuple[FloatArray, FloatArray]:
@@ -149,7 +150,8 @@ class TorchAtTool:
 
         Shapes (2, k, 3) and (k,).
         """
-        tubes, tool = (*self.shape.nozzle_tubes, *self.shape.tubes), np.eye(3)
+        long = self.shape.with_more_wire(self.more_wire_mm)
+        tubes, tool = (*long.nozzle_tubes, *self.shape.tubes), np.eye(3)
         back, bend = -wire_directions(tool, self.axis), neck_directions(tool, self.axis)
         ends = np.array([[tube.start for tube in tubes], [tube.end for tube in tubes]])
         mouth = (self.shape.wire_mm - self.standoff_mm) * back
@@ -188,6 +190,7 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     home_R = ends[0].R[0]
     leaving, coming = [home_R, *(end.R[1] for end in ends)], [*(end.R[0] for end in ends), home_R]
     turns = [_turn_between(a, b, torch.axis) for a, b in zip(leaving, coming, strict=True)]
+    torch = replace(torch, more_wire_mm=max(end.more_wire_mm for end in ends))
     clearance = _clearance(air, torch, turns)
     top = float((part.corners @ up).max())
     height = max(top, *(float((end.p @ up).max()) for end in ends)) + clearance
@@ -250,7 +253,8 @@ class _Search:
 
     def rises(self, ends: Sequence[Ends]) -> list[tuple[AirWay, AirWay]]:
         """Return the ways from the approach and the retract of every seam. Raises `NoWayError` for all without one."""
-        found = [(end.name, (self.rise(end, 0), self.rise(end, 1))) for end in ends]
+        own = [replace(self, torch=replace(self.torch, more_wire_mm=end.more_wire_mm)) for end in ends]
+        found = [(end.name, (search.rise(end, 0), search.rise(end, 1))) for end, search in zip(ends, own, strict=True)]
         held = {name: way for name, ways in found for way in reversed(ways) if isinstance(way, str)}
         if held:
             raise NoWayError(held)
@@ -338,7 +342,8 @@ class _Search:
     def _is_outside_material(self, points: FloatArray, R: FloatArray, more_mm: float | None = None) -> bool:
         """Tell whether nozzle and neck, and a wire that is so much longer, stay out of the material on a move."""
         shape, wire = self.torch.shape.with_more_wire(more_mm or 0.0), wire_directions(R, self.torch.axis)
-        wide = replace(shape, nozzle_radius_mm=shape.nozzle_radius_mm + self.part.deflection_mm)
+        nozzle_mm, mouth_mm = (own + self.part.deflection_mm for own in (shape.nozzle_radius_mm, shape.mouth_mm))
+        wide = replace(shape, nozzle_radius_mm=nozzle_mm, mouth_radius_mm=shape.mouth_radius_mm and mouth_mm)
         tips = points + (self.torch.standoff_mm + (more_mm or 0.0)) * wire
         start = shape.wire_mm if more_mm is None else START_MM
         _, found = sweep_torch(self.part, [(tips, np.stack([R, R]))], wide, axis=self.torch.axis, start_mm=start)

@@ -19,6 +19,7 @@ THICKEST_COLLAR_MM = 4.0  #: Round a hole, a collar is drawn from sheets up to t
 MOULDED_MM = 3.0  #: Walls of moulded cases are up to this thick.
 FOLDS = 3  #: Along so many edges that meet, no sheet is folded.
 BEND_STEP_MM = 0.5  #: Distance from an edge, and beyond an outer corner, at which the material is felt.
+FULL = 0.35  #: A bend is full from so far inside its outer corner on, which may be round; a prepared groove is deeper.
 BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
 """Where the sides of a tube are felt: beyond the end of its inner corner, in thicknesses; the tube may have rounds."""
 BEND_KINDS = (CurveKind.LINE, CurveKind.CIRCLE)
@@ -32,8 +33,8 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
     The edge is straight or round: the end of a tube on another one is neither. The material behind both faces has one
     thickness t of at most `THICKEST_BEND_MM`, or `THICKEST_COLLAR_MM` along a circle. Beyond the outer corner, where
     the two outer faces meet, there is nothing: not at the middle, and not at the ends, where a tube would have its
-    sides. No sheet is folded along three edges that meet: a solid with such a corner and walls thicker than moulded
-    ones is a box of plates.
+    sides; and the corner is full. No sheet is folded along three edges that meet: a solid with such a corner and walls
+    thicker than moulded ones is a box of plates.
 
     `edges`: shape (k,). Concave edges between two faces of one solid.
     """
@@ -57,6 +58,7 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
     corner = p[rows] - t * (n[0] + n[1])[rows] / (1.0 + cos[rows])
     sin = np.sqrt(1.0 - cos[rows] ** 2)
     past = (t / 2 * cos[rows] + BEND_STEP_MM) / sin  # from the middle of one side until it is out of the other one
+    bent[rows] &= are_inside(graph, trimmed, solid[rows], corner + FULL * (p[rows] - corner))
     for k in (0, 1):
         beyond = corner + t / 2 * n[1 - k][rows] - past * away[1 - k][rows]
         for along in (0.0 * half, *(sign * (half + share * t) for sign in (-1.0, 1.0) for share in BEND_ENDS)):

@@ -36,9 +36,9 @@ MOST_END = 1.5  #: The faces at the end of a bead are no longer than this many o
 WALL, WALL_COS, AS_FAR = 4.0, 0.98, 0.9
 """A strip of which the far side is parallel, within this many throats, is a wall of a folded sheet; a bead has material
 for this share of the way to its root."""
-BEND_SHARE = 0.15
+BEND_SHARE, BEND_RADII = 0.15, (0.5, 0.6)
 """The wall of a bend is thicker than the sheet beside it by up to this share: its outer round is not always drawn about
-the axis of the inner one."""
+the axis of the inner one. The inner and the outer radius are at least so many thicknesses: a bead has another one."""
 SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 
 
@@ -176,10 +176,18 @@ class _Corners:
         at = self.foot[rows[ray]] + (SKIN_MM + hits.at_mm[first])[:, None] * way[ray]
         normal = project_to_faces(self.graph, face, at).normal
         is_wall = np.abs(np.einsum("ki,ki->k", normal, way[ray])) > WALL_COS
+        is_wall &= (hits.at_mm[first] <= WALL * deep[ray]) | self._are_bent(rows[ray], face, sheet_mm[ray])
         found = np.zeros(len(self.strips), dtype=bool)
         found[rows] = True
         found[rows[ray[is_wall | (hits.at_mm[first] < AS_FAR * deep[ray])]]] = False
         return found
+
+    def _are_bent(self, rows: IntArray, far: IntArray, sheet_mm: FloatArray) -> BoolArray:
+        """Tell which strips, with a face on the far side each, are round on both as a sheet is that was bent."""
+        graph, near = self.graph, np.array([strip.face for strip in self.strips], dtype=np.int64)[rows]
+        is_round = (graph.face_kind[near] == SurfaceKind.CYLINDER) & (graph.face_kind[far] == SurfaceKind.CYLINDER)
+        inner, outer = (graph.face_param[face, 0] / np.where(sheet_mm > 0, sheet_mm, np.inf) for face in (near, far))
+        return np.asarray(is_round & (inner >= BEND_RADII[0]) & (outer >= BEND_RADII[1]), dtype=bool)
 
     def _sheet_mm(self, trimmed: TrimmedFaces) -> FloatArray:
         """Return how thick the material is behind both sides, shape (n,), if it is the same; otherwise zero."""

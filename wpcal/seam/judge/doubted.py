@@ -47,7 +47,7 @@ def why_nothing_is_found(seams: Sequence[Seam], solids: int, gap_mm: float) -> l
     `gap_mm`: Largest gap with which they were found, mm.
 
     Returns: Empty if a seam is taken, if `why_none_is_taken` tells about it, or if the part is one solid without
-    candidates: `built_up.left_out` tells about that.
+    candidates: `one_piece.left_out` tells about that.
     """
     if any(seam.accepted for seam in seams) or would_be_taken(seams) or (solids == 1 and not seams):
         return []

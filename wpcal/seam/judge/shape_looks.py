@@ -17,7 +17,6 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.seam.find.built_up import SAME_THICKNESS, is_turned
-from wpcal.seam.find.formed import THICKEST_BEND_MM
 from wpcal.seam.judge.closed_in import find_held
 from wpcal.seam.judge.held_fast import is_gasket, is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
@@ -32,6 +31,7 @@ from wpcal.seam.seam import Finding
 SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
+THICKEST_TAB_MM = 6.0  #: What is thicker is hardly bent up from the blank that it was cut from.
 THINNEST_MM, THINNEST_TUBE_MM, THINNEST_BAR_MM = 1.2, 0.5, 6.0
 """Of sheet, as the usual wire; tubes of furniture have walls of 1 mm. The pool is wider than such bars both ways."""
 
@@ -117,7 +117,7 @@ class ShapeLooks:
     def _are_cut_in_one(self, tab: int, other: int) -> bool:
         """Tell whether a narrow plate is as thin as another solid, and one of its sides is in a plane of that."""
         kind, thick, wide = self._of_equals(_member_mm, tab)
-        if kind not in (MemberKind.PLATE, MemberKind.BAR) or wide > self.nozzle_mm or thick > THICKEST_BEND_MM:
+        if kind not in (MemberKind.PLATE, MemberKind.BAR) or wide > self.nozzle_mm or thick > THICKEST_TAB_MM:
             return False
         is_as_thin = abs(self._of_equals(_thick_mm, other) - thick) <= SAME_THICKNESS * thick
         return is_as_thin and _is_in_plane(self.graph, tab, other, thick)

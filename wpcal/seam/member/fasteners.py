@@ -9,18 +9,17 @@ not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.surfaces import off_axis, project_to_faces
+from wpcal.brep.surfaces import off_axis, project_to_faces, square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.built_up import ROUND_KINDS
-from wpcal.seam.member.prisms import find_prisms
+from wpcal.seam.member.prisms import Prism, find_prisms
 
 SEAT_MM = 0.5  #: A head, a nut or a washer lies on a face that is this near: some are modelled a little in or above it.
 LARGEST_RADIUS_MM = 20.0  #: Bolts of steelwork go up to M36; a thicker round bar in a hole is a member.
@@ -35,10 +34,15 @@ diameter high."""
 RING_WIDTH, RING_HEIGHT = 1.75, 1.5
 """Largest radius and height of a ring, in bores: a nut has radius 1, a large washer 1.5; a nut is 0.8 high, a lock nut
 1.2."""
-HEXAGON, HEXAGON_SHARE, MOST_FLATS_MM = 6, 0.02, 55.0
+HEXAGON, HEXAGON_SHARE, MOST_FLATS_MM = 6, 0.02, 46.0
 """A head or a nut that was drawn in one body with its plate has so many sides, equal within this share, and is so wide
-across flats at most (M36)."""
-MOST_HEAD_RATIO = 2.3  #: A round head is no wider than so many times its shank.
+across flats at most (M30)."""
+SHANK_SHARE = (0.28, 0.4)  #: Radius of a bolt over its width across flats.
+LARGEST_SCREW_MM, MOST_PLATE = 8.0, 4.0
+"""A screw with a round head that was drawn in one body with its plate has a shank up to this radius (M16), and a plate
+up to so many of these thick."""
+MOST_HEAD_RATIO, MOST_HEAD = 2.3, 2.2
+"""Such a head is no wider and no higher than so many radii of its shank: that of a socket screw is 2 high."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,53 +117,53 @@ def screw_faces(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozense
     """Return the faces of bolts, screws and nuts that are one body with more; found once, kept in `trimmed.known`."""
     key = ("screws", solid)
     if key not in trimmed.known:
-        trimmed.known[key] = frozenset(
-            [
-                *_hexagons(graph, trimmed, solid),
-                *_headed_pins(graph, trimmed, np.flatnonzero(graph.face_solid == solid)),
-            ]
-        )
+        own, prisms = np.flatnonzero(graph.face_solid == solid), find_prisms(graph, trimmed, solid)
+        screws = (*_hexagons(graph, trimmed, own, prisms), *_headed_pins(graph, trimmed, own))
+        trimmed.known[key] = frozenset(screws)
     found: frozenset[int] = trimmed.known[key]
     return found
 
 
-def _hexagons(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Iterator[int]:
-    """Yield the sides and ends of regular hexagons no higher than wide: a hollow one is a socket, a long one a bar."""
-    for one in find_prisms(graph, trimmed, solid):
+def _hexagons(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray, prisms: Iterable[Prism]) -> Iterator[int]:
+    """Yield the sides of regular hexagons no higher than wide, and the shanks in their middle.
+
+    A hollow one is a socket, a long one a bar. One with a bore is a nut without its bolt: such a nut was welded on.
+    """
+    round_ = faces[graph.face_kind[faces] == SurfaceKind.CYLINDER]
+    for one in prisms:
         q = one.contour.corners
         step = np.linalg.norm(np.roll(q, -1, axis=0) - q, axis=1)
         off = np.linalg.norm(q - q.mean(axis=0), axis=1)
         is_regular = len(q) == HEXAGON and np.ptp(step) + np.ptp(off) <= HEXAGON_SHARE * step.max()
         flats_mm = np.sqrt(3.0) * step.max()
-        if is_regular and flats_mm <= MOST_FLATS_MM and not one.contour.is_bore:
-            sides = [face for face in one.faces if np.ptp(trimmed.heights(face, one.way)) <= flats_mm]
-            yield from (*sides, *_ends(graph, sides))
+        if not is_regular or flats_mm > MOST_FLATS_MM or one.contour.is_bore:
+            continue
+        u = square_to(one.way)
+        on = round_[_share_axis(graph, round_, q.mean(axis=0) @ np.stack([u, np.cross(one.way, u)]), one.way)]
+        share = graph.face_param[on, 0] / flats_mm
+        if not ((graph.face_outward[on] < 0) & (share < 0.5)).any():
+            yield from (face for face in one.faces if np.ptp(trimmed.heights(face, one.way)) <= flats_mm)
+            yield from on[(share >= SHANK_SHARE[0]) & (share <= SHANK_SHARE[1])].tolist()
 
 
 def _headed_pins(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> Iterator[int]:
-    """Yield the faces of solid pins with a wider head on the other side of what they go through."""
+    """Yield the faces of thin solid pins with a wider, low head on the other side of a plate."""
     turned = faces[np.isin(graph.face_kind[faces], ROUND_KINDS)]
     is_pin = (graph.face_kind[turned] == SurfaceKind.CYLINDER) & (graph.face_outward[turned] > 0)
-    for pin in turned[is_pin & (graph.face_param[turned, 0] <= LARGEST_RADIUS_MM)].tolist():
+    for pin in turned[is_pin & (graph.face_param[turned, 0] <= LARGEST_SCREW_MM)].tolist():
         o, z, radius = graph.face_frame[pin, 0], graph.face_frame[pin, 3], graph.face_param[pin, 0]
         on = turned[_share_axis(graph, turned, o, z)]
-        low, high, widest = np.array([_span(trimmed, face, o, z) for face in on.tolist()]).T
+        spans = np.array([_span(trimmed, face, o, z) for face in on.tolist()])
+        own = spans[:, 2] <= MOST_HEAD_RATIO * radius  # and not the outline of a round plate
+        on, (low, high, widest) = on[own], spans[own].T
         start, end, _ = _span(trimmed, pin, o, z)
-        for side in (low > end + SEAT_MM, high < start - SEAT_MM):
-            if side.any() and (graph.face_outward[on] > 0).all():
-                is_head = HEAD_RATIO <= widest[side].max() / radius <= MOST_HEAD_RATIO
-                if is_head and high[side].max() - low[side].min() <= 2.0 * HEAD_HEIGHT * radius:
-                    yield from (pin, *on[side].tolist())
-
-
-def _ends(graph: BrepGraph, sides: list[int]) -> list[int]:
-    """Return the faces that end all sides of a hexagon; not one on which it stands."""
-    own = np.isin(graph.edge_faces, sides)
-    edges = np.flatnonzero(own.sum(axis=1) == 1)
-    edges = edges[~are_concave(graph, edges)]
-    beside = np.where(own[edges, 0], graph.edge_faces[edges, 1], graph.edge_faces[edges, 0])
-    faces, count = np.unique(beside[beside >= 0], return_counts=True)
-    return [int(face) for face in faces[count >= HEXAGON]]
+        if (graph.face_outward[on] < 0).any():  # hollow
+            continue
+        for side, apart in ((low >= end, low - end), (high <= start, start - high)):
+            is_head = side.any() and SEAT_MM < apart[side].min() <= MOST_PLATE * radius
+            is_head = is_head and HEAD_RATIO * radius <= widest[side].max()
+            if is_head and high[side].max() - low[side].min() <= MOST_HEAD * radius:
+                yield from (pin, *on[side].tolist())
 
 
 def _lies_on(graph: BrepGraph, trimmed: TrimmedFaces, fasteners: dict[int, _Turned]) -> dict[int, frozenset[int]]:

@@ -270,7 +270,7 @@ def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
         corners = counted(count, "inner corner")
         text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
         told.append(Issue("one-piece", text, (name,)))
-    if len(graph.solid_names) == 1 and not len(find_concave_edges(graph).pieces):
+    if not told and len(graph.solid_names) == 1 and not _inner_corners(graph, trimmed, 0):
         name = graph.solid_names[0]
         return [Issue("no-seam", f"no seam: {name} is one solid without an inner corner", (name,))]
     return told
@@ -290,5 +290,5 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
     return [
         (solid, count, why or screwed)
         for solid, count, why in asked
-        if why is not None or screw_faces(graph, trimmed, solid)
+        if why is not None or not _inner_corners(graph, trimmed, solid)
     ]
