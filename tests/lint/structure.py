@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_179,
+    "lines of wpcal and cad": 122_178,
     "lines of tests": 63_726,
     "rooms": 21,
     "arrows between rooms": 106,

@@ -149,6 +149,7 @@ def read_table(path: Path) -> Table:
 
 
 #: How a file begins that is not a table.
+NULS = 0.25  #: Of UTF-16 text, about half of the characters are NUL when it is read as UTF-8.
 OTHER_KINDS = {"ISO-10303-21": "a STEP", "{": "a JSON", "[": "a JSON", "<": "an XML or HTML", "%PDF": "a PDF"}
 SPREADSHEET_MARK = b"PK\x03\x04"  #: Spreadsheets of today are ZIP archives.
 
@@ -163,7 +164,7 @@ def _text_of(raw: bytes, path: str) -> str:
         raise FormatError(f"is not UTF-8 text (byte {error.start}): save it as CSV UTF-8", path=path) from None
     if not text.strip():
         raise FormatError("the file is empty; expected a header line and rows", path=path)
-    if "\0" in text:
+    if text.count("\0") > NULS * len(text):
         raise FormatError("is UTF-16 text or not a text (it has NUL characters): save it as CSV UTF-8", path=path)
     for start, kind in OTHER_KINDS.items():
         if text.lstrip().startswith(start):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -141,10 +139,10 @@ def _positions(given: Any) -> Any:
 
 def _table_of(columns: Iterable[Any], given: Any) -> Table:
     """Return a table of another library as the table of a file; values that are missing are empty cells."""
-    names, text = [*columns], io.StringIO(newline="")
+    names = [*columns]
     cells = [["" if str(cell).strip() in MISSING else str(cell).strip() for cell in given[name]] for name in names]
-    csv.writer(text).writerows([list(map(str, names)), *zip(*cells, strict=True)])
-    return parse_table(text.getvalue().encode(), path="taught points")
+    text = csv_text([map(str, names), *zip(*cells, strict=True)])
+    return parse_table(text.encode(), path="taught points")
 
 
 def read_taught(path: Path | str) -> TaughtPoints:

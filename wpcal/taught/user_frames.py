@@ -93,7 +93,7 @@ def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoi
         tuple(point.line for point in chosen),
         RobotSpace.NOMINAL if reading.arm is None else reading.arm.space,
         is_from_program=True,
-        R_base_tool=frozen([R for _, R in found]),
+        R_base_tool=frozen(np.reshape([R for _, R in found], (-1, 3, 3))),
     )
 
 
