@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from tests.moves_of_programs import circle_through, numbers
 from tests.plan_faults import AXIS_DEG, PATH_MM
 from tests.real_cells import Array, RealCell
-from tests.second_judge import READERS as STEPS
-from tests.second_judge import Step
+from tests.second_readers import READERS as STEPS
+from tests.second_readers import Step
 
 JOINT_DEG = 1e-3  #: Rounding of the files, of five decimals and more.
 FINER = 10  #: Places between two points of the plan.

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from tests.cluttered_cells import ROBOTS
-from tests.second_judge import ARMS, BRACKETS, FIXED, READERS, Planned, planned, result_for, rows_of
+from tests.second_judge import ARMS, BRACKETS, FIXED, Planned, planned, result_for, rows_of
+from tests.second_readers import READERS
 from tests.whole_table import result_of
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
