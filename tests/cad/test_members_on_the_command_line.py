@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from step_samples import box, write_part
 
 from tests.running import run_here
 
@@ -52,3 +53,9 @@ def test_wrong_words_about_members_are_one_line() -> None:
     assert "has the name 'wbe'; the nearest are" in ended.stderr
     both = run_here("seams", TEE, "--strict", "--generous")
     assert (both.returncode, both.stderr) == (2, "wpcal: --strict and --generous exclude each other\n")
+
+
+def test_a_part_without_an_inner_corner_says_so(tmp_path: Path) -> None:
+    ended = run_here("seams", write_part(tmp_path / "block.step", box()))
+    assert "no candidate; --all lists what the solids are taken for" in ended.stdout
+    assert "is one solid without an inner corner" in " ".join((ended.stdout + ended.stderr).split())

@@ -11,6 +11,7 @@ from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, compound, sub_shapes
 from cad.step.open_text import read_step_text
 from cad.step.read import _issues_of, read_step
 from cad.step.solids import LeafShapes
+from cad.workpiece.workpiece import open_workpiece
 from tests.few import few
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.issue import Issue
@@ -48,6 +49,17 @@ def test_uses_of_a_part_are_placed_and_numbered(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         second, sorted_rows(SECOND_USE.apply(np.array(BOX, dtype=float))), rtol=0, atol=WRITER_ATOL_MM
     )
+
+
+@pytest.mark.parametrize(
+    ("mm", "said"), [(0.5, "0.87 mm"), (2.0, ""), (20_000.0, ""), (30_000.0, "52 m"), (25_000.0, "43.3 m")]
+)
+def test_a_part_that_is_too_large_or_too_small_may_be_in_another_unit(tmp_path: Path, mm: float, said: str) -> None:
+    from step_samples import box, write_part
+
+    part = open_workpiece(write_part(tmp_path / "part.step", box(size=(mm, mm, mm))))
+    told = [issue.message for issue in part.issues if issue.code == "size"]
+    assert [f"the part is {said} from corner to corner; its file says mm" in one for one in told] == [True] * bool(said)
 
 
 @pytest.mark.parametrize(("unit", "name"), [("INCH", "inch"), ("M", "m"), ("CM", "cm")])

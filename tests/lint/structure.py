@@ -17,8 +17,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_178,
-    "lines of tests": 63_726,
+    "lines of wpcal and cad": 122_179,
+    "lines of tests": 63_759,
     "rooms": 21,
     "arrows between rooms": 106,
     "imported packages that pyproject.toml does not declare": 0,

@@ -4,7 +4,7 @@ They are recognised by shape and seat, so that a file without names works as wel
 without a bore (flats along its axis may be a hexagon, flats across it are end faces). A *ring* is a short one with a
 through bore. A pin that goes through other solids is a fastener if it has a head or carries a ring. A ring is a
 fastener if such a pin goes through it and through something else. So a plain pin, a shaft and a collar on a tube are
-not.
+not. Of bolts that were drawn in one body with their plate only faces are left, and thin, headed ones are known by them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ LARGEST_SCREW_MM, MOST_PLATE = 8.0, 4.0
 """A screw with a round head that was drawn in one body with its plate has a shank up to this radius (M16), and a plate
 up to so many of these thick."""
 MOST_HEAD_RATIO, MOST_HEAD = 2.3, 2.2
-"""Such a head is no wider and no higher than so many radii of its shank: that of a socket screw is 2 high."""
+"""Such a head is no wider and no higher than so many radii of its shank: that of a socket screw is 2 high. Nothing
+tells that it is a piece of its own, so less is allowed than of a body."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +115,7 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
 
 
 def screw_faces(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
-    """Return the faces of bolts, screws and nuts that are one body with more; found once, kept in `trimmed.known`."""
+    """Return the faces of bolts and screws that are one body with more; found once, kept in `trimmed.known`."""
     key = ("screws", solid)
     if key not in trimmed.known:
         own, prisms = np.flatnonzero(graph.face_solid == solid), find_prisms(graph, trimmed, solid)
@@ -141,7 +142,7 @@ def _hexagons(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray, prisms: 
         u = square_to(one.way)
         on = round_[_share_axis(graph, round_, q.mean(axis=0) @ np.stack([u, np.cross(one.way, u)]), one.way)]
         share = graph.face_param[on, 0] / flats_mm
-        if not ((graph.face_outward[on] < 0) & (share < 0.5)).any():
+        if not ((graph.face_outward[on] < 0) & (share < 0.5)).any():  # a bore inside its flats
             yield from (face for face in one.faces if np.ptp(trimmed.heights(face, one.way)) <= flats_mm)
             yield from on[(share >= SHANK_SHARE[0]) & (share <= SHANK_SHARE[1])].tolist()
 

@@ -146,7 +146,7 @@ def are_welded_corners(
     """Tell which inner corners between two faces of one solid may have been welded, shape (n,).
 
     All corners of a solid that was built up; of a solid that members explain in part, those between slender members.
-    Not those round bolts, screws and nuts that are one body with more.
+    Not those round bolts and screws that are one body with more.
     `wall`, `base`: shape (n,). Faces beside the corners.
     """
     solids, of = np.unique(graph.face_solid[wall], return_inverse=True)
@@ -286,7 +286,7 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
     most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
     pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
     asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
-    screwed = "those that may be welds are round bolts, screws or nuts"
+    screwed = "those that may be welds are round bolts or screws"
     return [
         (solid, count, why or screwed)
         for solid, count, why in asked
