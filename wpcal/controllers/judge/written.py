@@ -189,7 +189,7 @@ def _causes(trace: Trace, found: Compared, files: Files, strange: Sequence[int])
     for step in sorted(strange):
         first.setdefault(max((one for one in good if one < step), default=0), step)
     for begin, end in first.items():
-        for place in trace.steps[begin : end - 1]:
+        for place in dict.fromkeys(trace.steps[begin : end - 1]):  # a loop runs the same lines many times
             grammar = grammar_of_file(Path(place.file))
             if grammar is None or not grammar.is_harmless(text_at(place, files)):
                 yield place
