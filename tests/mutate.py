@@ -4,7 +4,8 @@ Each mutant changes one comparison, operator, sign, constant or `not` of the lib
 against the tests that reach its file (`tests.near`), the nearest first, until one fails. A mutant that survives names a
 line whose value no test asserts.
 
-    --most N     how many mutants, drawn with a fixed seed (40)
+    --most N     how many mutants (40)
+    --seed N     of the draw (1)
     --files N    how many test files each one meets (12)
     --all        all lines of the files and folders, not only those that changed since origin/main
 """
@@ -131,6 +132,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("paths", nargs="*", type=Path)
     parser.add_argument("--most", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--files", type=int, default=12)
     parser.add_argument("--all", action="store_true")
     asked = parser.parse_args()
@@ -138,7 +140,7 @@ def main() -> int:
     paths = [each for path in given for each in (sorted(path.rglob("*.py")) if path.is_dir() else [path])]
     library = [path for path in paths if path.suffix == ".py" and path.relative_to(ROOT).parts[0] in ("wpcal", "cad")]
     mutants = [one for path in library for one in mutants_of(path) if asked.all or one.line in changed_lines(path)]
-    drawn = random.Random(1).sample(mutants, len(mutants))
+    drawn = random.Random(asked.seed).sample(mutants, len(mutants))
     parsed = (one for one in drawn if is_python(one.apply(one.path.read_text(encoding="utf-8"))))
     chosen = list(islice(parsed, asked.most))
     with tempfile.TemporaryDirectory() as folder:

@@ -108,10 +108,15 @@ def source_of(path: Path) -> list[Path]:
 
 
 def near_tests(changed: Iterable[Path]) -> list[Path]:
-    """Return the test files that a change reaches, the nearest first."""
+    """Return the test files that a change reaches: nearest first; of those, quick folders first."""
     reached = distances([source for path in changed for source in source_of(path)])
-    tests = [(hops, path) for path, hops in reached.items() if path.name.startswith("test_")]
-    return [path for _, path in sorted(tests)]
+    tests = [(hops, slow(path), path) for path, hops in reached.items() if path.name.startswith("test_")]
+    return [path for *_, path in sorted(tests)]
+
+
+def slow(path: Path) -> bool:
+    """Whether a test file is of a folder whose tests run whole commands, the kernel, FreeCAD or a browser."""
+    return path.relative_to(ROOT).parts[1] not in ("unit", "laws", "golden", "lint")
 
 
 def main(arguments: list[str]) -> int:
