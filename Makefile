@@ -51,6 +51,7 @@ deep: $(VENV)/ready ## the tests that no push runs, breaks of the changed lines,
 	sh .ci/other-pythons --deep
 	sh .ci/lowest --deep
 	$(BIN)/python -m tests.mutate
+	$(BIN)/python -m tests.attack
 	sh .ci/bare
 
 attack: $(VENV)/ready ## kills, signals, full and read-only disks and two writers against a calibration and the picker; some minutes

@@ -7,12 +7,9 @@ from collections import Counter
 import pytest
 
 from tests.attack.__main__ import NEVER
-from tests.attack.faults import Job, fill_disk, forbid_writing, kill_at_every_change, kill_at_random, write_twice
+from tests.attack.faults import Job, kill_at_random, write_twice
 from tests.attack.picker import end_while_reading, end_while_serving
-from tests.attack.read_only import NotMountedError, write_on_read_only
 from tests.e2e.every_command import write_inputs
-
-DISKS_KB = (8, 5000)
 
 
 @pytest.fixture(scope="module")
@@ -31,35 +28,9 @@ def harm(found: Counter[str]) -> dict[str, int]:
     return {what: found[what] for what in NEVER if found[what]}
 
 
-@pytest.mark.deep
-def test_killed_at_every_change_of_a_folder(job: Job) -> None:
-    found = kill_at_every_change(job)
-    assert harm(found) == {}
-    assert set(found) == {"old", "new"}
-
-
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_killed_at_random_moments(job: Job, number: signal.Signals) -> None:
     assert harm(kill_at_random(job, number, 3, random.Random(15))) == {}
-
-
-@pytest.mark.deep
-def test_no_disk_and_nowhere_to_write(job: Job) -> None:
-    found = fill_disk(job, DISKS_KB)
-    assert harm(found) == {}
-    assert (found["new"], found["temporary folder left"]) == (1, 0)
-    assert forbid_writing(job)["refused in one line"] == 3
-
-
-@pytest.mark.deep
-def test_a_disk_mounted_read_only(job: Job) -> None:
-    names = ("bases", "demo", "pick", "sheet")
-    try:
-        found = write_on_read_only(job, names, write_inputs)
-    except NotMountedError:
-        pytest.skip("no disk can be mounted")
-    assert harm(found) == {}
-    assert (found["refused in one line"], found["input on the disk is read"]) == (len(names), 1)
 
 
 @pytest.mark.deep

@@ -113,18 +113,6 @@ def test_what_is_complete_is_not_done_again_unless_an_input_changed(folder: Path
     assert contents(tmp_path / "out").keys() == contents(folder / "whole").keys()
 
 
-@pytest.mark.deep
-def test_a_disk_that_takes_no_more_ends_the_batch_in_one_line(folder: Path, tmp_path: Path) -> None:
-    """Files may have 30 kB only: calibration.json fits, the moved part does not."""
-    shutil.copytree(folder, tmp_path / "list", ignore=shutil.ignore_patterns("whole"))
-    command = f"ulimit -f 30; exec {WPCAL} batch {tmp_path}/list/jobs.csv -o {tmp_path}/out -j 2"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=TIMEOUT_S)
-    assert (done.returncode, done.stdout) == (2, "")
-    [line] = [each for each in done.stderr.splitlines() if each.startswith("wpcal: ")]
-    assert "cannot be written: file too large; 0 of 8 jobs are done; continue with: wpcal batch" in line
-    assert not (tmp_path / "out").exists()
-
-
 def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path: Path) -> None:
     shutil.copy(folder / "tee.step", tmp_path)
     shutil.copy(folder / "day0.csv", tmp_path)

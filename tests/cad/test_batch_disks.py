@@ -15,7 +15,6 @@ from tests.cad.batch_faults import Place, Reference, contents, told
 
 ROOM_KB = (0, 16, 60, 150, 250, 330, 400, 440, 470, 500, 560)
 """From nothing to nearly all: a job has 110 kB, that with a page more."""
-IN_CI = 330
 
 
 @contextmanager
@@ -36,9 +35,11 @@ def grow(folder: Path) -> None:
     subprocess.run(["mount", "-o", "remount,size=50m,nr_inodes=0", str(folder)], check=True)
 
 
-def check_out_disk(reference: Reference, folder: Path, size_kb: int) -> None:
-    """The disk of the output is full: what is complete stays, and the rest is done when there is room."""
-    place = Place(reference.jobs, folder)
+@pytest.mark.deep
+@pytest.mark.parametrize("size_kb", ROOM_KB)
+def test_the_disk_of_the_output_is_full_sooner_or_later(size_kb: int, reference: Reference, tmp_path: Path) -> None:
+    """What is complete stays, and the rest is done when there is room."""
+    place = Place(reference.jobs, tmp_path / "place")
     shutil.copytree(reference.place.cache, place.cache, dirs_exist_ok=True)
     place.out.mkdir()
     with small_disk(place.out, size_kb):
@@ -62,17 +63,6 @@ def check_out_disk(reference: Reference, folder: Path, size_kb: int) -> None:
         assert (done.returncode, told(done.stderr)) == (1, [])
         assert contents(place.out) == reference.whole
         place.nothing_left()
-
-
-@pytest.mark.deep
-def test_the_disk_of_the_output_is_full(reference: Reference, tmp_path: Path) -> None:
-    check_out_disk(reference, tmp_path / "place", IN_CI)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("size_kb", sorted({*ROOM_KB} - {IN_CI}))
-def test_the_disk_of_the_output_is_full_sooner_or_later(size_kb: int, reference: Reference, tmp_path: Path) -> None:
-    check_out_disk(reference, tmp_path / "place", size_kb)
 
 
 @pytest.mark.deep

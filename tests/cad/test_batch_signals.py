@@ -23,7 +23,7 @@ START_S = 1.2
 """Within this time a command has imported what it needs; without other work on the machine in half of it."""
 SOON_S = 0.05  #: A second signal comes so soon.
 SOURCE = Path(wpcal.__file__).parent
-IN_CI, DEEP, AT_ONCE = 3, 60, 6
+DEEP, AT_ONCE = 60, 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,25 +71,16 @@ def before_wpcal(lines: list[str]) -> bool:
     return lines[-1:] == ["KeyboardInterrupt"] and not ours
 
 
-def check_and_resume(reference: Reference, folder: Path, seed: int, times: int) -> None:
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(DEEP // AT_ONCE))
+def test_signals_at_sixty_moments_end_a_command_in_one_line(seed: int, reference: Reference, tmp_path: Path) -> None:
     rng = random.Random(seed)
-    place = Place(reference.jobs, folder)
+    place = Place(reference.jobs, tmp_path / "place")
     shutil.copytree(reference.place.cache, place.cache, dirs_exist_ok=True)
-    for _ in range(times):
+    for _ in range(AT_ONCE):
         check(reference, place, asked(rng, seconds=reference.seconds))
     shutil.rmtree(place.out / "own", ignore_errors=True)
     done = place.run("--resume")
     assert (done.returncode, told(done.stderr)) == (1, [])
     assert contents(place.out) == reference.whole
     place.nothing_left()
-
-
-@pytest.mark.deep
-def test_signals_end_a_command_in_one_line(reference: Reference, tmp_path: Path) -> None:
-    check_and_resume(reference, tmp_path / "place", 5, IN_CI)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("seed", range(DEEP // AT_ONCE))
-def test_signals_at_sixty_moments(seed: int, reference: Reference, tmp_path: Path) -> None:
-    check_and_resume(reference, tmp_path / "place", seed, AT_ONCE)

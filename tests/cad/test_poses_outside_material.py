@@ -97,7 +97,8 @@ def compare(
             yield "refused", any(s != TopAbs_OUT for s in solids.states(solids.names.index(name), q, slack_mm))
 
 
-def check(name: str, request: pytest.FixtureRequest) -> None:
+@pytest.mark.parametrize("name", few([*PARTS, *MORE], 2))
+def test_a_classifier_agrees_with_the_check_of_poses(name: str, request: pytest.FixtureRequest) -> None:
     kind, _, part = name.partition(":")
     if kind == "fixture":
         step = FIXTURES / part / f"{part}.step"
@@ -119,14 +120,3 @@ def check(name: str, request: pytest.FixtureRequest) -> None:
         verdicts = list(compare(solids, material, accepted, slack_mm, wider))
         assert all(agrees for what, agrees in verdicts if what == "passes"), type(material).__name__
         assert all(agrees for what, agrees in verdicts if what == "refused"), type(material).__name__
-
-
-@pytest.mark.parametrize("name", few(PARTS, 2))
-def test_a_classifier_agrees_with_the_check_of_poses(name: str, request: pytest.FixtureRequest) -> None:
-    check(name, request)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("name", MORE)
-def test_a_classifier_agrees_on_more_parts(name: str, request: pytest.FixtureRequest) -> None:
-    check(name, request)

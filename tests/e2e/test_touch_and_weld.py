@@ -103,11 +103,6 @@ def share_in_band(job, brand, count, out):
 
 
 @pytest.mark.deep
-def test_the_band_of_the_plan_holds_few_parts(jobs, tmp_path):
-    assert share_in_band(jobs("tee"), "krl", 8, tmp_path) > 0.8
-
-
-@pytest.mark.deep
 @pytest.mark.parametrize("brand", BRANDS)
 def test_the_band_of_the_plan_holds_95_percent(brand, jobs, tmp_path):
     assert share_in_band(jobs("tee"), brand, 100, tmp_path) > 0.92

@@ -19,20 +19,9 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return home
 
 
-def test_the_client(home: Path) -> None:
-    run_inside("case_client", home)
-
-
-def test_the_part_at_its_pose(home: Path) -> None:
-    run_inside("case_placed", home)
-
-
-def test_the_objects_of_a_document(home: Path) -> None:
-    run_inside("case_document", home)
-
-
-def test_the_whole_job(home: Path) -> None:
-    run_inside("case_job", home, PATH=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+@pytest.mark.parametrize("case", ["client", "placed", "document", "job"])
+def test_the_workbench(case: str, home: Path) -> None:
+    run_inside(f"case_{case}", home, PATH=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
 
 
 def test_a_document_is_saved_and_opened_with_and_without_the_workbench(home: Path, tmp_path: Path) -> None:

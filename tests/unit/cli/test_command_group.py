@@ -11,7 +11,7 @@ import pytest
 
 from tests.running import run_here
 from wpcal.cli import command_group
-from wpcal.cli.command_group import ENTRY_POINT_GROUP, FROM_OTHERS, RENAMED, SECTIONS, CommandsByEntryPoint
+from wpcal.cli.command_group import ENTRY_POINT_GROUP, FROM_OTHERS, SECTIONS, CommandsByEntryPoint
 from wpcal.cli.main import wpcal
 
 TABLE = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
@@ -101,16 +101,6 @@ def test_an_old_name_works_and_says_the_new_one(tmp_path: Path) -> None:
             "wpcal: --output is now --out; the next version knows only that name\n",
         )
     assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
-
-
-def test_the_new_names_exist() -> None:
-    context = wpcal.make_context("wpcal", ["--help"], resilient_parsing=True)
-    for name, renamed in RENAMED.items():
-        command = wpcal.get_command(context, name)
-        assert command is not None
-        flags = {flag for parameter in command.params for flag in parameter.opts}
-        assert set(renamed.values()) <= flags
-        assert not {old for old in set(renamed) & flags if name != "advise"}
 
 
 @pytest.mark.parametrize(
