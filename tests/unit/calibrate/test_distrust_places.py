@@ -100,16 +100,6 @@ def test_a_place_that_the_stated_error_does_not_exclude_is_a_rival():
     check_record(result.to_record())
 
 
-def test_a_smaller_stated_error_excludes_that_place():
-    result = solve(turned_over(), 0.002)
-    assert result.touches.starts.rivals == ()
-    assert "rival-placement" not in codes(result)
-
-
-def test_residuals_decide_where_no_error_is_stated():
-    assert "rival-placement" in codes(solve(turned_over(noise_mm=0.1), None))
-
-
 def test_the_nominal_place_decides_between_two_that_the_touches_cannot_tell_apart():
     near = RigidTransform(exp_rotation([0.01, 0, 0.01]) @ R, T + np.array([2.0, 1, 0]), "nominal", "part")
     result = solve(turned_over(noise_mm=0.1), 0.1, T_nominal_part=near)
@@ -121,3 +111,24 @@ def test_two_places_that_fit_exactly_alike_are_refused():
     touches = turned_over()
     with pytest.raises(GeometryError, match="two places"):
         solve(touches.select([0, 1, 2, 3, 4, 5]), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("noise_mm", "sigma_mm", "is_excluded"),
+    [
+        (0, 0.0678, True),
+        (0, 0.0692, False),
+        (0.02, 0.001, True),
+        (0.03, 0.001, False),
+        (0.01, None, True),
+        (0.02, None, False),
+    ],
+)
+def test_a_place_is_excluded_from_nineteen_to_one_on(noise_mm, sigma_mm, is_excluded):
+    """Residuals enlarge an error that is stated too small; without one, sums are compared. Eight touches leave two."""
+    touches = turned_over(noise_mm)
+    result, rival = solve(touches, sigma_mm), solve(touches, 10.0).touches.starts.rivals[0]
+    squares, own = 8 * rival.rms_mm**2, 8 * result.rms_mm**2
+    unlikely = 2 * np.log(squares / own) if sigma_mm is None else (squares - own) / max(sigma_mm**2, own / 2)
+    assert (unlikely > 2 * np.log(19)) == is_excluded
+    assert (result.touches.starts.rivals == ()) == is_excluded == ("rival-placement" not in codes(result))

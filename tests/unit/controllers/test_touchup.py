@@ -247,6 +247,16 @@ def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:
     found = play(FRAME, Wanted(seams=8, preference=True, rebase=True), 2, seen)
     assert found.common is not None
     assert found.offsets
+    assert found.explanation is not None
+    at = found.part.places(np.array([[0, 0], [2, 1], [5, 0]]))
+    every = [one for causes, nodes in found.explanation._models for one in found.explanation._given(causes, nodes, at)]
+    weights, means, covariances = (np.array(column) for column in zip(*every, strict=True))
+    mean, C = found.explanation.seams_at(at)
+    off = means - np.einsum("m,mki->ki", weights, means)
+    assert weights.sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(mean, means[0] - off[0], rtol=0, atol=1e-9)
+    spread = covariances + np.einsum("mki,mkj->mkij", off, off)  # of a mixture, with the distance of its means
+    np.testing.assert_allclose(C, np.einsum("m,mkij->kij", weights, spread), rtol=0, atol=1e-9)
 
 
 def test_corrections_within_a_frame_that_was_taught_again_move_its_seams_alike() -> None:

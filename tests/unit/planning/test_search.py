@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.chain_error import chain_error
+from tests.few import few
 from tests.saddle import COARSE, coarse_search, saddle_problem
 from wpcal.core.errors import ConvergenceError
 from wpcal.core.records import to_json
@@ -78,7 +79,10 @@ def test_a_front_dominates_a_volume_and_no_front_dominates_none(searched):
     assert {plan.found_by for plan in result.front.plans} == {"ladder"}
 
 
-def assert_record_holds_the_plans(result):
+@pytest.mark.parametrize("name", few(["searched", "with_genetic"], 1))
+def test_the_record_follows_its_schema_and_holds_the_plans(name, request):
+    result = request.getfixturevalue(name)
+    result = getattr(result, "result", result)
     record = json.loads(to_json(pareto_record(result, Preference.SMOOTH)))
     validator = jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/pareto/1")))
     validator.validate(record)
@@ -89,15 +93,6 @@ def assert_record_holds_the_plans(result):
         np.radians(chosen["robot2_deg"]), result.front.plans[record["chosen"] - 1].q[:, 6:], rtol=0, atol=1e-12
     )
     validator.validate(json.loads(to_json(failed_record(result.problem, "no feasible plan"))))
-
-
-def test_the_record_follows_its_schema_and_holds_the_plans(searched):
-    assert_record_holds_the_plans(searched.result)
-
-
-@pytest.mark.deep
-def test_the_record_of_both_methods_follows_its_schema(with_genetic):
-    assert_record_holds_the_plans(with_genetic)
 
 
 def test_the_same_search_gives_the_same_bytes(coarse, searched):

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.robot_space import RobotSpace
-from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm, shipped_arms
+from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.arm_file import arm_from_record, arm_record, find_arm, read_arm, shipped_arms
 from wpcal.robot.kinematics.urdf import read_urdf
 
 ROBOTS = Path(__file__).parents[4] / "shared" / "robots"
@@ -194,3 +195,12 @@ def test_a_name_that_no_file_can_have_and_a_joint_without_speed_are_refused(tmp_
     (tmp_path / "arm.json").write_text(json.dumps(record))
     with pytest.raises(FormatError, match=r"joint \w+: speed_deg_s: expected a number from 0.001"):
         read_arm(tmp_path / "arm.json")
+
+
+def test_what_a_file_leaves_out_an_arm_has_by_itself():
+    record = arm_record(find_arm("mh6"))
+    arm = arm_from_record({name: record[name] for name in ("name", "links", "joints", "robot_space")})
+    bare = arm_record(Arm(arm.name, arm.chain, arm.joints))
+    assert arm_record(arm) == bare
+    assert bare["mount_mm"] == [0.0, 0.0, 0.0]
+    assert np.array_equal(arm.coupling_matrix, np.diag([joint.sign for joint in arm.joints]))

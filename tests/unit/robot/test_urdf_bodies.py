@@ -1,13 +1,15 @@
 """Hulls of links from a URDF file: meshes and boxes, in the frames of the arm's own links."""
 
 import struct
+import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from wpcal.core.errors import FormatError, InputError
 from wpcal.robot.kinematics.urdf import read_urdf
-from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
+from wpcal.robot.kinematics.urdf_bodies import ROUND_CORNERS, _primitive, read_link_hulls
 
 URDF = """<robot name="two">
   <link name="base_link"><collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
@@ -88,3 +90,23 @@ def test_no_stl_is_told(urdf):
     urdf.with_name("one.stl").write_text("nothing", encoding="utf-8")
     with pytest.raises(FormatError, match="is not an STL file"):
         read_link_hulls(urdf, read_urdf(urdf))
+
+
+@pytest.mark.parametrize(
+    ("shape", "reach"),
+    [
+        ('<box size="0.02 0.05 0.3"/>', lambda d: np.abs(d) @ [10.0, 25.0, 150.0]),
+        (
+            '<cylinder radius="0.07" length="0.3"/>',
+            lambda d: 70.0 * np.hypot(d[:, 0], d[:, 1]) + 150.0 * np.abs(d[:, 2]),
+        ),
+        ('<sphere radius="0.07"/>', lambda d: np.full(len(d), 70.0)),
+    ],
+)
+def test_triangles_are_around_a_shape_and_near_it(shape, reach):
+    """How far both reach in any direction; the polygon is around the circle, in a sphere twice."""
+    d = np.random.default_rng(3).normal(size=(2000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    found = (_primitive(ET.fromstring(shape), Path("arm.urdf"), "one").reshape(-1, 3) @ d.T).max(axis=0)
+    assert (found >= reach(d) * (1 - 1e-12)).all()
+    assert (found <= reach(d) / np.cos(np.pi / ROUND_CORNERS) ** 2 * (1 + 1e-12)).all()

@@ -1,0 +1,51 @@
+"""Turns that a fit leaves free: their derivative, and the best one about a line."""
+
+import numpy as np
+import pytest
+
+from wpcal.calibrate.observe.motions import left_jacobian
+from wpcal.calibrate.solve.ties import break_ties
+from wpcal.core.arrays import FloatArray
+from wpcal.core.tangent import exp_rotation
+
+ROUND_OFF = 1e-12  #: Of (x - sin x) / x³ at 2e-3.
+LIMIT_MM = 60.0
+
+
+@pytest.mark.parametrize("angle", [0.0, 7e-4, 2e-3, 0.7, 3.0])
+def test_the_left_jacobian_is_the_integral_of_the_turn_on_its_way(angle: float) -> None:
+    omega = angle * np.array([0.48, -0.6, 0.64])
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    way = exp_rotation(0.5 * (nodes[:, None] + 1.0) * omega)
+    np.testing.assert_allclose(
+        left_jacobian(omega[None])[0], np.einsum("k,kij->ij", 0.5 * weights, way), rtol=0, atol=ROUND_OFF
+    )
+
+
+def test_of_the_turns_about_the_carrying_line_that_keep_the_limit_the_least_squares_are_taken() -> None:
+    """Two points of each of 25 problems carry. Three others would turn further than a sixth one lets them."""
+    rng = np.random.default_rng(7)
+    p, weights = rng.uniform(-40.0, 50.0, (25, 6, 3)), np.zeros((25, 6))
+    axis = p[:, 1] - p[:, 0]
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    from_line = p - p[:, :1]
+    turn = exp_rotation(np.linspace(-0.55, 0.6, 25)[:, None] * axis)
+    q = p[:, :1] + np.einsum("bij,bnj->bni", turn, from_line) + rng.normal(0.0, 3.0, p.shape)
+    back = q[:, 5] - p[:, 5]
+    q[:, 5] = p[:, 5] - back * (0.98 * LIMIT_MM / np.linalg.norm(back, axis=1))[:, None]
+    q[:, 0], q[:, 1], weights[:, :2] = p[:, 0] - LIMIT_MM * axis, p[:, 1] + LIMIT_MM * axis, 0.5
+    R, t = break_ties(p, q, np.broadcast_to(np.eye(3), (25, 3, 3)), np.zeros((25, 3)), weights)
+
+    def squares(one: int, R: FloatArray, t: FloatArray) -> FloatArray:
+        return np.asarray(np.sum((p[one] @ np.swapaxes(R, -1, -2) + t[..., None, :] - q[one]) ** 2, axis=-1))
+
+    limited = 0
+    for one in range(25):
+        turns = exp_rotation(np.radians(np.arange(0, 360, 0.05))[:, None] * axis[one])
+        tried = squares(one, turns, p[one, 0] - turns @ p[one, 0])
+        allowed = tried.max(axis=1) <= LIMIT_MM**2 * (1 + 1e-12)
+        found = squares(one, R[one], t[one])
+        assert found.max() <= LIMIT_MM**2 * (1 + 1e-9)
+        assert found.sum() <= tried[allowed].sum(axis=1).min() * (1 + 1e-12)
+        limited += tried.sum(axis=1).min() < 0.99 * found.sum()
+    assert limited >= 5
