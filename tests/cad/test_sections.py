@@ -18,7 +18,7 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.few import few
 from tests.samples.graphs import saddle
 from tests.saved_graphs import saved_seams
-from wpcal.draw.section import MARGIN, SIZE, TOP, draw_section
+from wpcal.pages.draw.section import MARGIN, SIZE, TOP, draw_section
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import SeamOptions
 from wpcal.seam.explain import explain_seam

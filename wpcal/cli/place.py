@@ -48,7 +48,7 @@ def place(
     """
     from wpcal.cli.progress import shown_progress
     from wpcal.core.records import to_json, write_file
-    from wpcal.draw.place import place_svg
+    from wpcal.pages.draw.place import place_svg
     from wpcal.planning.cell.cell_file import read_one_robot
     from wpcal.planning.sequence.place import Moved, map_places
     from wpcal.planning.sequence.sequence_input import read_sequence_input

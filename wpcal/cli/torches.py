@@ -26,7 +26,7 @@ def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json:
     The first one is assumed unless another one is stated. -o draws them to one scale.
     """
     from wpcal.core.records import to_json, write_file
-    from wpcal.draw.torches import torches_svg
+    from wpcal.pages.draw.torches import torches_svg
     from wpcal.robot.torch.file import find_torch, shipped_torches, torches_record
 
     shapes = [find_torch(name) for name in torches] or [torch.shape for torch in shipped_torches()]

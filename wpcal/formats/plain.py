@@ -19,7 +19,6 @@ from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.schemas import schema_file, schema_text
 from wpcal.formats.registry import Exporter
-from wpcal.weld.values import values_to_record
 
 NAMES = NameRules("plain text", 60)  #: For the name of the file.
 PROGRAM_SCHEMA = "wpcal/program/1"
@@ -66,7 +65,7 @@ def _seam(path: WeldPath) -> dict[str, Any]:
         "weld": seam.weld.value,
         "closed": seam.closed,
         "length_mm": seam.length_mm,
-        **({} if path.run is None else {"weld_data": values_to_record(path.values)}),
+        **({} if path.run is None else {"weld_data": path.values.to_record()}),
         "poses": poses,
     }
 

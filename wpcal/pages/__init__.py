@@ -1,4 +1,4 @@
-"""HTML pages: a calibration, the seams of a part, a plan. Each page is one self-contained file.
+"""HTML pages: a calibration, the seams of a part, a plan. Each page is one self-contained file. `draw` makes pictures.
 
 The JavaScript is in ``source``; its README lists which file makes which part of a page. ``bundles`` is built from it.
 """

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import PLACE_DIGITS, TURN_DIGITS
@@ -21,7 +20,6 @@ BODY = """
 <main id="page"></main>
 <noscript>This page needs JavaScript to draw the searches; touches.json and touches.csv list them.</noscript>
 """
-LEVEL = 0.95  #: Of the error of a stored place along its search.
 
 
 def build_touches_page(
@@ -66,7 +64,6 @@ def build_touches_page(
 
 
 def _search(search: Search, border_mm: float | None) -> dict[str, Any]:
-    along = search.direction @ search.covariance_part @ search.direction
     return {
         "name": search.name,
         "kind": search.kind.value,
@@ -76,7 +73,7 @@ def _search(search: Search, border_mm: float | None) -> dict[str, Any]:
         "stroke_mm": search.stroke_mm,
         "radius_mm": search.radius_mm,
         "border_mm": border_mm,
-        "error_95_mm": float(length_quantile(np.array([[[along]]]), LEVEL)[0]),
+        "error_95_mm": search.error_95_mm,
         "normal": np.round(search.normal_part, TURN_DIGITS).tolist(),
         "R": np.round(search.R_part_tool, TURN_DIGITS).tolist(),
         "contact_mm": _rounded(search.contact_part),

@@ -124,6 +124,10 @@ class WeldValues:
     stitch: Stitch | None = None  #: None: the whole seam is welded.
     tacks: Stitch | None = None  #: None: no tack welds.
 
+    def to_record(self) -> dict[str, Any]:
+        """Return names and values as JSON holds them, without those that nothing states."""
+        return {name: plain(getattr(self, name)) for name in VALUE_NAMES if getattr(self, name) is not None}
+
 
 VALUE_NAMES = tuple(field.name for field in fields(WeldValues))  #: Every name of a value, in the order of files.
 
@@ -157,11 +161,6 @@ def values_from_record(record: Mapping[str, Any], *, what: str) -> WeldValues:
         return WeldValues(**{name: parts[name](value) if name in parts else value for name, value in given.items()})
     except KeyError as error:
         raise InputError(f"{what}: a weave, crater or stitch lacks {error.args[0]}") from None
-
-
-def values_to_record(values: WeldValues) -> dict[str, Any]:
-    """Return names and values as JSON holds them, without those that nothing states."""
-    return {name: plain(getattr(values, name)) for name in VALUE_NAMES if getattr(values, name) is not None}
 
 
 def plain(value: Any) -> Any:

@@ -12,7 +12,7 @@ from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, one_robot_recor
 from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
-from wpcal.draw.place import place_svg
+from wpcal.pages.draw.place import place_svg
 from wpcal.planning.cell.bodies import with_wire
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot

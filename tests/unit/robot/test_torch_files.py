@@ -15,7 +15,7 @@ import pytest
 from tests.running import run_here
 from wpcal.core.errors import InputError
 from wpcal.core.schemas import schema_text
-from wpcal.draw.torches import torches_svg
+from wpcal.pages.draw.torches import torches_svg
 from wpcal.robot.torch.file import find_torch, shipped_torches
 from wpcal.robot.torch.shape import CONE_STEP_MM, USUAL_TORCH, Neck, TorchShape
 from wpcal.seam.judge.other_torches import core_of_all

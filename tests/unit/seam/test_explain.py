@@ -7,7 +7,7 @@ import pytest
 
 from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.draw.seam import SEAM, explained_svg
+from wpcal.pages.draw.seam import SEAM, explained_svg
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.explain import explain_seam

@@ -19,7 +19,6 @@ from wpcal.weld.rules import Case, read_rules, shipped_rules, shipped_text
 from wpcal.weld.runs import runs_of_seam, weld_runs
 from wpcal.weld.seam_weld import RECOVERY, Source, weld_for
 from wpcal.weld.thickness import plate_thicknesses, thinner
-from wpcal.weld.values import values_to_record
 
 PLACE = SeamPlace((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), 100.0)
 HALF = math.sqrt(0.5)
@@ -51,7 +50,7 @@ def test_every_value_says_where_it_came_from(make_seam):
     assert found.origins["thickness_mm"].source is Source.FILE
     assert (found.origins["current_a"].source, found.origins["current_a"].of) == (Source.RULE, "PB fillet, to 7 mm")
     stated = {name for name in found.origins if getattr(found.values, name) is not None}
-    assert stated == set(values_to_record(found.values))
+    assert stated == set(found.values.to_record())
 
 
 def test_the_wire_that_is_fed_fills_the_section_of_every_bead(make_seam):

@@ -21,10 +21,10 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import ConvexHull
 
-from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.shape import Shape
+from wpcal.robot.surface_points import surface_points
 
 CELLS = 120  #: Cells along the longest side of the grid: 2 million at most, filled in 0.2 s.
 FINEST_MM = 2.0  #: Smaller cells show nothing that matters to a robot.

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
-from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
@@ -27,6 +26,7 @@ from wpcal.core.wording import shown
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import start_frames, walk
 from wpcal.robot.kinematics.urdf import LARGEST_M, MM_PER_M, link_places, origin_pose, urdf_root
+from wpcal.robot.surface_points import surface_points
 
 STL_HEAD, STL_TRIANGLE = 84, 50  #: Bytes of the head of a binary STL file, and of each triangle.
 ROUND_CORNERS = 24  #: Corners around a cylinder or a sphere.

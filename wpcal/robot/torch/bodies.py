@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.urdf_bodies import capsule_around, hull_corners, read_stl
+from wpcal.robot.surface_points import surface_points
 from wpcal.robot.torch.shape import Neck, TorchShape
 
 NOZZLE_TO_PART_MM = 3.0  #: The nozzle works near the part: this is above the errors of a calibration and of a path.

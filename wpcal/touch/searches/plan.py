@@ -10,6 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -121,6 +122,12 @@ class Search:
     def planned(self) -> FloatArray:
         """The tool centre point at contact where the part stands as planned, shape (3,), mm."""
         return self.contact_part + self.radius_mm * self.normal_part
+
+    @property
+    def error_95_mm(self) -> float:
+        """What the error of the stored place along the search stays below with 95 % probability, mm."""
+        along = self.direction @ self.covariance_part @ self.direction
+        return float(length_quantile(np.array([[[along]]]), COVERAGE)[0])
 
 
 @dataclass(frozen=True, slots=True)

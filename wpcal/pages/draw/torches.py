@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.draw.svg import polygon, polyline, svg, text
+from wpcal.pages.draw.svg import polygon, polyline, svg, text
 from wpcal.robot.torch.shape import TorchShape
 
 PIXELS_PER_MM = 1.0

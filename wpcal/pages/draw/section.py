@@ -16,7 +16,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import RayHits, find_hits
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.draw.svg import polygon, polyline, rect, text
+from wpcal.pages.draw.svg import polygon, polyline, rect, text
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.seam import Seam, WeldType

@@ -11,8 +11,8 @@ from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
-from wpcal.draw.section import SIZE, draw_section
-from wpcal.draw.svg import polyline, svg, text
+from wpcal.pages.draw.section import SIZE, draw_section
+from wpcal.pages.draw.svg import polyline, svg, text
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.draw.svg import circle, rect, svg, text
+from wpcal.pages.draw.svg import circle, rect, svg, text
 from wpcal.planning.sequence.place import PlaceMap
 
 CELL, LEFT, TOP, LETTER = 34, 70, 60, 7  #: Pixels: of a place, of the margins, and of a letter.
