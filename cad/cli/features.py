@@ -8,33 +8,21 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import KIND_LETTERS, no_cache_option
-from wpcal.cli.shared_help import JSON_HELP, KIND_HELP
+from cad.cli.options import no_cache_option
+from wpcal.cli.option_groups import command, takes
+from wpcal.cli.shared_help import JSON_HELP
 
 if TYPE_CHECKING:
-    from wpcal.taught.features import ReferenceFeature
+    from wpcal.taught.features import FeatureChoice, ReferenceFeature
 
 
-@click.command()
+@command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.option("--kind", type=click.Choice(KIND_LETTERS), multiple=True, help=KIND_HELP)
-@click.option("--solid", metavar="NAME", help="Only on this solid; * matches any characters.")
-@click.option("--min-diameter-mm", type=float, help="Only round features at least this large.")
-@click.option("--near", metavar="X,Y,Z", help="List the features nearest to this point of the part first.")
+@takes("choice", "wpcal.taught.features:FeatureChoice")
 @click.option("--all", "show_all", is_flag=True, help="Leave nothing out: also hidden, vague and indirect features.")
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all features.")
-def features(
-    *,
-    part_step: Path,
-    kind: tuple[str, ...],
-    solid: str | None,
-    min_diameter_mm: float | None,
-    near: str | None,
-    show_all: bool,
-    as_json: bool,
-    no_cache: bool,
-) -> int:
+def features(*, part_step: Path, choice: FeatureChoice, show_all: bool, as_json: bool, no_cache: bool) -> int:
     """List the reference features of PART.step, with the names that `wpcal calibrate` accepts.
 
     V: corners. C: circular rims (centre). H: holes (centre of the entry rim). S: sphere centres. M: edge midpoints.
@@ -43,16 +31,12 @@ def features(
     The last three are listed with --all or --kind, and always in --json.
     """
     from cad.cli.kernel_work import run_on_part
-    from wpcal.taught.features import FeatureKind, choose_features
+    from wpcal.taught.features import choose_features
 
-    place = None if near is None else _place(near)
     judged, notes, issues = run_on_part(
         "cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}", use_cache=not no_cache
     )
-    kinds = [FeatureKind(letter) for letter in kind]
-    chosen = choose_features(
-        [item.feature for item in judged], kinds=kinds, solid=solid, min_diameter_mm=min_diameter_mm, near=place
-    )
+    chosen = choose_features([item.feature for item in judged], choice)
     ease = {item.feature.name: item.ease.word for item in judged}
     if as_json:
         from wpcal.core.records import to_json
@@ -64,7 +48,7 @@ def features(
         from cad.cli.tables import features_table, members_table
         from wpcal.cli.console import plain_console, show_notes
 
-        shown = chosen if show_all or kinds else _easy(chosen, ease)
+        shown = chosen if show_all or choice.kinds else _easy(chosen, ease)
         console = plain_console()
         console.print(features_table(shown, part_step.name, ease))
         if len(shown) < len(chosen):
@@ -80,14 +64,3 @@ def _easy(chosen: Sequence[ReferenceFeature], ease: Mapping[str, str]) -> Sequen
 
     easy = {Ease.SHARP.word, Ease.ROUND.word}
     return [feature for feature in chosen if ease[feature.name] in easy] or chosen
-
-
-def _place(text: str) -> list[float]:
-    """Read three numbers, before any work is done."""
-    from wpcal.core.errors import InputError
-
-    try:
-        x, y, z = (float(cell) for cell in text.split(","))
-    except ValueError:
-        raise InputError(f"--near: expected x,y,z in mm, got {text!r}") from None
-    return [x, y, z]

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import POINT_LETTERS, POINTS, no_cache_option
+from cad.cli.options import POINTS, no_cache_option
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import JSON_HELP, KIND_HELP, SIGMA_HELP
+from wpcal.cli.shared_help import JSON_HELP
 
 if TYPE_CHECKING:
+    from cad.batch.request import NominalAsked
     from wpcal.controllers.points_asked import PointsAsked
-    from wpcal.taught.match import Match
+    from wpcal.taught.match import Match, MatchOptions
 
 MOST_SHOWN = 20  #: Answers shown; --json has all of them.
 
@@ -21,18 +23,8 @@ MOST_SHOWN = 20  #: Answers shown; --json has all of them.
 @command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
-@click.option("--sigma-mm", type=float, help=f"{SIGMA_HELP}  [default: 0.3]")
-@click.option(
-    "--nominal",
-    metavar="POSE",
-    help="Place of the part in the cell's model: as in `wpcal calibrate`. Of several answers the nearest is taken.",
-)
-@click.option(
-    "--kind",
-    type=click.Choice(POINT_LETTERS),
-    multiple=True,
-    help=f"{KIND_HELP} For points without a name.  [default: all]",
-)
+@takes("options", "wpcal.taught.match:MatchOptions")
+@takes("place", "cad.batch.request:NominalAsked")
 @takes("reading", POINTS)
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all answers.")
@@ -40,9 +32,8 @@ def match(
     *,
     part_step: Path,
     taught: Path,
-    sigma_mm: float | None,
-    nominal: str | None,
-    kind: tuple[str, ...],
+    options: MatchOptions,
+    place: NominalAsked,
     reading: PointsAsked,
     as_json: bool,
     no_cache: bool,
@@ -51,19 +42,12 @@ def match(
 
     TAUGHT is a table (.csv) or a controller's program, as for `wpcal calibrate`. Rows whose column feature is empty,
     and points of a program whose name the part does not have, may be any feature. Lists every answer that the teaching
-    error can explain. If the points do not decide between the answers, the command ends with code 2, and the line on
-    stderr says what would decide.
+    error can explain; of several answers the one nearest to --nominal is taken. If the points do not decide between the
+    answers, the command ends with code 2, and the line on stderr says what would decide.
     """
-    from cad.batch.request import read_pose
     from cad.cli.kernel_work import run_on_part
-    from wpcal.taught.features import POINT_KINDS, FeatureKind
 
-    arguments = {
-        "taught": reading.read_taught(taught),
-        "sigma_mm": sigma_mm,
-        "T_nominal_part": None if nominal is None else read_pose(nominal),
-        "kinds": tuple(FeatureKind(letter) for letter in kind) or POINT_KINDS,
-    }
+    arguments = {"taught": reading.read_taught(taught), "options": replace(options, T_nominal_part=place.nominal)}
     found: Match = run_on_part(
         "cad.workpiece.calibrate:match_taught", part_step, arguments, what=f"matching {taught}", use_cache=not no_cache
     )

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import click
 
-POINT_LETTERS = ("V", "C", "H", "S", "M", "B", "E")
-"""`FeatureKind` values of `POINT_KINDS`; written out so that the help needs no NumPy."""
-KIND_LETTERS = (*POINT_LETTERS, "L", "X", "P", "A")  #: All `FeatureKind` values.
-
-
 FINDING, CHOICE = "wpcal.seam.options:SeamOptions", "cad.batch.request:SeamsAsked"
 BODIES, POINTS = "cad.batch.bodies_asked:BodiesAsked", "wpcal.controllers.points_asked:PointsAsked"
 FITTING, REQUEST = "cad.workpiece.fit_taught:CalibrateOptions", "cad.batch.request:Request"

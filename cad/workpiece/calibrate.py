@@ -36,8 +36,7 @@ from wpcal.results.folder import files_of_run
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.record import seams_csv, seams_record
-from wpcal.taught.features import FeatureKind
-from wpcal.taught.match import Match, match_points
+from wpcal.taught.match import Match, MatchOptions, match_points
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import Taught, TaughtPoints, taught_points
 from wpcal.touch.touch_results import SilentRows
@@ -287,20 +286,12 @@ def match_taught(
     step: Path,
     taught: TaughtPoints,
     *,
-    sigma_mm: float | None,
-    T_nominal_part: RigidTransform | None,
-    kinds: Sequence[FeatureKind],
+    options: MatchOptions,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> Match:
-    """Find which feature of a STEP file each taught point is; parameters as in `wpcal.taught.match.match_points`."""
+    """Find which feature of a STEP file each taught point is."""
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     with blamed_on(taught.path):
-        return match_points(
-            names_as_features(taught, workpiece.features),
-            workpiece.features,
-            sigma_mm=sigma_mm,
-            T_nominal_part=T_nominal_part,
-            kinds=kinds,
-            progress=progress,
-        )
+        named = names_as_features(taught, workpiece.features)
+        return match_points(named, workpiece.features, options, progress=progress)

@@ -12,7 +12,7 @@ from tests.coverage_study import run_coverage_study
 from wpcal.calibrate import Criterion, calibrate, fit_least_squares, solve_minimax
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
-from wpcal.study import run_error_study
+from wpcal.study import StudyOptions, run_error_study
 from wpcal.taught.pairs import read_pairs
 
 TABLE1 = Path(__file__).parents[2] / "fixtures" / "yin2003" / "table1.csv"
@@ -76,8 +76,8 @@ def _sizes() -> list[tuple[str, str, str]]:
 def _study() -> list[tuple[str, str, str]]:
     pairs, _ = read_pairs(TABLE1)
     T = fit_least_squares(pairs)
-    seconds = least_seconds(lambda: run_error_study(pairs.p_source, T, trials=10_000), 2)
-    exact = run_error_study(pairs.p_source, T, trials=100, bound_mm=0.0)
+    seconds = least_seconds(lambda: run_error_study(pairs.p_source, T, StudyOptions(trials=10_000)), 2)
+    exact = run_error_study(pairs.p_source, T, StudyOptions(trials=100, bound_mm=0.0))
     return [
         ("study, 10000 exact fits of 4 points", "≤ 20 s", f"{seconds:.2f} s"),
         ("study without errors: extreme", "< 0.02 mm, aim 1e-9", f"{exact.errors_mm.max():.1e} mm"),

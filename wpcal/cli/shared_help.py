@@ -9,10 +9,8 @@ JSON_HELP = "Print JSON on stdout"
 FORCE_HELP = "Replace what exists"  #: A command adds what it writes, after a colon.
 
 DETAILS_HELP = "Also print the objective, its lower bound and the gap, and the correction in radians."
-SIGMA_HELP = "Teaching error: standard deviation per axis."
 
 ONLY_HELP = "Only these seams: names and ranges."
-KIND_HELP = "Only these kinds of features."
 ROBOT_HELP = "Arm: the name of a shipped arm, an arm file or a URDF file."
 TOOL_METAVAR = "X,Y,Z[,RX,RY,RZ]|TOOL.json"
 TOOL_HELP = (

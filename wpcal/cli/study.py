@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import command, option_of, takes
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import DASK_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
@@ -17,27 +17,15 @@ if TYPE_CHECKING:
 
     from wpcal.calibrate.errors.prediction import TeachingError
     from wpcal.core.arrays import FloatArray
-    from wpcal.study import ErrorStudy
+    from wpcal.study import ErrorStudy, StudyOptions
     from wpcal.study.teaching_error import Chunk
 
 BAR_WIDTH = 40
-STUDY = "wpcal.study.teaching_error:run_error_study"
 
 
 @command()
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
-@option_of(f"{STUDY}.bound_mm", "--bound-mm", help="Teaching error: largest error per axis.")
-@option_of(f"{STUDY}.trials", "--trials", type=click.IntRange(min=1), help="Number of fits.")
-@option_of(
-    f"{STUDY}.place", "--at", "place", help="Errors anywhere in the cube, on its corners, or the same for all points."
-)
-@option_of(
-    f"{STUDY}.criterion",
-    "--criterion",
-    type=click.Choice(["minimax", "least_squares"]),
-    help="What is minimised: the largest distance (the published criterion) or the sum of squares.",
-)
-@option_of(f"{STUDY}.seed", "--seed", type=click.IntRange(min=0), help="Seed of all random numbers.")
+@takes("options", "wpcal.study.teaching_error:StudyOptions")
 @takes("teaching", "wpcal.calibrate.errors.prediction:TeachingError", without=["sigma_mm", "bound_mm"])
 @click.option("--dask", metavar="tcp://HOST:PORT", help=f"{DASK_HELP}: they fit, and the numbers are the same.")
 @click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the distribution as a JSON file.")
@@ -46,11 +34,7 @@ STUDY = "wpcal.study.teaching_error:run_error_study"
 def study(
     *,
     pairs_csv: Path,
-    bound_mm: float,
-    trials: int,
-    place: str,
-    criterion: str,
-    seed: int,
+    options: StudyOptions,
     teaching: TeachingError,
     dask: str | None,
     output: Path | None,
@@ -61,11 +45,11 @@ def study(
 
     The true points are those of the least-squares fit. Every trial adds errors to them, up to the bound.
     """
-    from wpcal.calibrate import Criterion, fit_least_squares
+    from wpcal.calibrate import fit_least_squares
     from wpcal.cli.outputs import require_new
     from wpcal.cli.progress import counted_progress
     from wpcal.core.records import to_json, write_file
-    from wpcal.study import ErrorPlace, run_error_study
+    from wpcal.study import run_error_study
     from wpcal.taught.pairs import read_pairs
 
     pairs, _ = read_pairs(pairs_csv)
@@ -75,13 +59,9 @@ def study(
         result = run_error_study(
             pairs.p_source,
             fit_least_squares(pairs),
-            bound_mm=bound_mm,
-            trials=trials,
-            place=ErrorPlace(place),
-            criterion=Criterion(criterion),
-            seed=seed,
+            options,
             teaching=teaching,
-            progress=lambda done: progress("trials", done, trials),
+            progress=lambda done: progress("trials", done, options.trials),
             fitted=fitted,
         )
     record = to_json(result.to_record())
@@ -121,11 +101,11 @@ def _show(result: ErrorStudy) -> None:
 
     from wpcal.cli.console import plain_console
 
-    console = plain_console()
+    console, asked = plain_console(), result.options
     console.print(_histogram(result))
     table = Table(title="Largest displacement of a reference point", show_header=False)
-    table.add_row("trials", f"{len(result.errors_mm)} (seed {result.seed}, {result.criterion.value})")
-    table.add_row("errors", f"at most {result.bound_mm:g} mm per axis, at {result.place.value}")
+    table.add_row("trials", f"{len(result.errors_mm)} (seed {asked.seed}, {asked.criterion.value})")
+    table.add_row("errors", f"at most {asked.bound_mm:g} mm per axis, at {asked.place.value}")
     table.add_row("mean", f"{result.errors_mm.mean():.6g} mm")
     for level, value in result.quantiles_mm.items():
         table.add_row(f"{100 * level:g} % of the trials below", f"{value:.6g} mm")

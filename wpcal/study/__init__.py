@@ -1,5 +1,5 @@
 """Seeded simulation of calibrations: the error study of the paper."""
 
-from wpcal.study.teaching_error import ErrorPlace, ErrorStudy, run_error_study
+from wpcal.study.teaching_error import ErrorPlace, ErrorStudy, StudyOptions, run_error_study
 
-__all__ = ["ErrorPlace", "ErrorStudy", "run_error_study"]
+__all__ = ["ErrorPlace", "ErrorStudy", "StudyOptions", "run_error_study"]

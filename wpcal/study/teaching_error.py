@@ -20,6 +20,7 @@ from wpcal.calibrate.solve.least_squares import centred, distances, kabsch
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt
 from wpcal.core.transform import RigidTransform
 
 CHUNK = 4096
@@ -37,15 +38,42 @@ class ErrorPlace(Enum):
     COMMON = "common"  #: Anywhere in the cube, the same for all points: a wrong tool centre point with a fixed posture.
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyOptions:
+    """Which errors the taught points get, and how they are fitted.
+
+    Raises `InputError` when the bound is negative, there are no trials, or the criterion is another.
+    """
+
+    bound_mm: float = opt(PAPER_USUAL_MM, "Teaching error: largest error per axis.")
+    trials: int = opt(10_000, "Number of fits.", least=1)
+    place: ErrorPlace = opt(
+        ErrorPlace.CUBE, "Errors anywhere in the cube, on its corners, or the same for all points.", "--at"
+    )
+    criterion: Criterion = opt(
+        Criterion.MINIMAX,
+        "What is minimised: the largest distance (the published criterion) or the sum of squares.",
+        choices=(Criterion.MINIMAX, Criterion.LEAST_SQUARES),
+    )
+    seed: int = opt(0, "Seed of all random numbers.", least=0)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.bound_mm) and self.bound_mm >= 0) or self.trials < 1:
+            what = "expected a bound that is not negative and at least one trial"
+            raise InputError(f"{what}, got {self.bound_mm} mm and {self.trials}")
+        if self.criterion not in (Criterion.MINIMAX, Criterion.LEAST_SQUARES):
+            raise InputError(f"the error study knows minimax and least_squares, got {self.criterion.value}")
+
+
+USUAL_STUDY = StudyOptions()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorStudy:
     """The errors of the trials and what they say."""
 
     errors_mm: FloatArray  #: shape (trials,). Largest displacement of a reference point, eq. (13), mm.
-    bound_mm: float
-    place: ErrorPlace
-    criterion: Criterion
-    seed: int
+    options: StudyOptions
     budget_95_mm: float  #: What no reference point exceeds, with 95 %, with the errors of robot, tool and part as well.
 
     @property
@@ -70,10 +98,10 @@ class ErrorStudy:
         return {
             "schema": "wpcal/error-study/1",
             "trials": len(self.errors_mm),
-            "bound_mm": self.bound_mm,
-            "at": self.place.value,
-            "criterion": self.criterion.value,
-            "seed": self.seed,
+            "bound_mm": self.options.bound_mm,
+            "at": self.options.place.value,
+            "criterion": self.options.criterion.value,
+            "seed": self.options.seed,
             "mean_mm": float(self.errors_mm.mean()),
             "extreme_mm": float(self.errors_mm.max()),
             "budget_95_mm": self.budget_95_mm,
@@ -86,31 +114,20 @@ class ErrorStudy:
 def run_error_study(
     p_part: FloatArray,
     T_base_part: RigidTransform,
+    options: StudyOptions = USUAL_STUDY,
     *,
-    bound_mm: float = PAPER_USUAL_MM,
-    trials: int = 10_000,
-    place: ErrorPlace = ErrorPlace.CUBE,
-    criterion: Criterion = Criterion.MINIMAX,
-    seed: int = 0,
     teaching: TeachingError = UNSTATED,
     progress: Callable[[int], None] | None = None,
     fitted: Callable[[Iterator[Chunk]], Iterator[tuple[int, FloatArray]]] | None = None,
 ) -> ErrorStudy:
     """Simulate calibrations with errors of the taught points.
 
-    Raises `InputError` when the bound is negative, there are no trials, or the criterion is another.
-
     `p_part`: shape (n, 3). Reference points of the model, mm.
     `teaching`: What is stated of robot and tool: for the error budget, not for the trials.
     `fitted`: callable, optional. Takes the chunks, and yields the first trial and the errors (trials,) in mm of each,
     in any order. By default they are fitted here, one after another.
     """
-    if not (np.isfinite(bound_mm) and bound_mm >= 0) or trials < 1:
-        raise InputError(
-            f"expected a bound that is not negative and at least one trial, got {bound_mm} mm and {trials}"
-        )
-    if criterion not in (Criterion.MINIMAX, Criterion.LEAST_SQUARES):
-        raise InputError(f"the error study knows minimax and least_squares, got {criterion.value}")
+    bound_mm, trials, seed = options.bound_mm, options.trials, options.seed
     rng = np.random.default_rng(seed)
     true = centred(T_base_part.apply(p_part))  # the place in the cell shifts model and answer alike
     p = p_part - p_part.mean(axis=0)
@@ -120,8 +137,8 @@ def run_error_study(
             start,
             p,
             true,
-            true + bound_mm * unit_errors(rng, (min(CHUNK, trials - start), len(p), 3), place),
-            criterion,
+            true + bound_mm * unit_errors(rng, (min(CHUNK, trials - start), len(p), 3), options.place),
+            options.criterion,
         )
         for start in range(0, trials, CHUNK)
     )
@@ -130,10 +147,10 @@ def run_error_study(
         done += len(found)
         if progress is not None:
             progress(done)
-    stated, is_minimax = replace(teaching, bound_mm=bound_mm), criterion is Criterion.MINIMAX
+    stated, is_minimax = replace(teaching, bound_mm=bound_mm), options.criterion is Criterion.MINIMAX
     budget = budget_of_design(true, stated, with_minimax=is_minimax, seed=seed)
     expected = budget.joint_errors(true).error_95_mm
-    return ErrorStudy(frozen(errors), bound_mm, place, criterion, seed, expected)
+    return ErrorStudy(frozen(errors), options, expected)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

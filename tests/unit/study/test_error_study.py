@@ -6,7 +6,8 @@ import pytest
 from wpcal.calibrate import Criterion, TeachingError, fit_least_squares
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.core import InputError
-from wpcal.study import ErrorPlace, run_error_study
+from wpcal.study import ErrorPlace, StudyOptions, run_error_study
+from wpcal.study.teaching_error import UNSTATED
 from wpcal.taught.pairs import read_pairs
 
 PAIRS = read_pairs(Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv")[0]
@@ -15,8 +16,9 @@ TRIALS = 2000
 NO_ERROR = RobotField.none()
 
 
-def study(**options):
-    return run_error_study(PAIRS.p_source, fit_least_squares(PAIRS), trials=TRIALS, **options)
+def study(teaching=UNSTATED, **options):
+    asked = StudyOptions(trials=TRIALS, **options)
+    return run_error_study(PAIRS.p_source, fit_least_squares(PAIRS), asked, teaching=teaching)
 
 
 @pytest.mark.parametrize("criterion", [Criterion.MINIMAX, Criterion.LEAST_SQUARES])

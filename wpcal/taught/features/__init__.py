@@ -1,6 +1,6 @@
 """Reference features: named places on the part that a person can touch."""
 
-from wpcal.taught.features.choose import choose_features
+from wpcal.taught.features.choose import FeatureChoice, choose_features
 from wpcal.taught.features.detect import find_features
 from wpcal.taught.features.reference import (
     POINT_KINDS,
@@ -18,6 +18,7 @@ from wpcal.taught.features.touchable import Ease, Touchable, judge_features
 __all__ = [
     "POINT_KINDS",
     "Ease",
+    "FeatureChoice",
     "FeatureKind",
     "HoleForm",
     "HoleStep",

@@ -14,6 +14,7 @@ from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.linked import near_tree
+from wpcal.core.options import opt
 from wpcal.core.progress import Progress
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature, feature_named
@@ -74,27 +75,41 @@ class Match:
         }
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatchOptions:
+    """What is known of points without a name."""
+
+    #: By default the largest that the points state themselves, or `wpcal.calibrate.errors.prediction.USUAL_SIGMA_MM`.
+    sigma_mm: float | None = opt(None, "Teaching error: standard deviation per axis.  [default: 0.3]")
+    T_nominal_part: RigidTransform | None = None  #: Of several answers the nearest is taken.
+    kinds: tuple[FeatureKind, ...] = opt(
+        POINT_KINDS,
+        "Only these kinds of features. For points without a name.  [default: all]",
+        "--kind",
+        many=True,
+        choices=POINT_KINDS,
+    )
+
+
+USUAL_MATCH = MatchOptions()
+
+
 def match_points(
     taught: TaughtPoints,
     features: Sequence[ReferenceFeature],
+    options: MatchOptions = USUAL_MATCH,
     *,
-    sigma_mm: float | None = None,
-    T_nominal_part: RigidTransform | None = None,
-    kinds: Sequence[FeatureKind] = POINT_KINDS,
     progress: Progress | None = None,
 ) -> Match:
     """Find which feature each taught point is.
 
     Raises `GeometryError` when no assignment fits, or the points are too few or on one line.
     Raises `InputError` when a feature's name is unknown.
-
-    `sigma_mm`: float, optional. Teaching error: standard deviation per axis; by default the largest that the points
-    state themselves, or `wpcal.calibrate.errors.prediction.USUAL_SIGMA_MM`.
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
-    sigma = _stated_sigma(taught, used) if sigma_mm is None else sigma_mm
-    places = Places.of(_usable(taught, used, features, kinds))
-    allowed = [_allowed(taught, row, features, places, kinds) for row in used]
+    sigma = _stated_sigma(taught, used) if options.sigma_mm is None else options.sigma_mm
+    places = Places.of(_usable(taught, used, features, options.kinds))
+    allowed = [_allowed(taught, row, features, places, options.kinds) for row in used]
     points = tuple(taught.names[row] for row in used)
     p_base = taught.p_base[used]
     found = find_assignments(places.p, p_base, sigma_mm=sigma, allowed=allowed, progress=progress)
@@ -103,7 +118,7 @@ def match_points(
             f"no features of the part have the distances of the taught points {', '.join(points)} within a teaching "
             f"error of {sigma:g} mm per axis: a point is mis-taught or no feature, or the error is larger"
         )
-    return _Decision(places, points, p_base, found, sigma).match(T_nominal_part)
+    return _Decision(places, points, p_base, found, sigma).match(options.T_nominal_part)
 
 
 def name_points(
@@ -122,7 +137,8 @@ def name_points(
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     if not any(not taught.features[row] and np.isnan(taught.p_part[row]).any() for row in used):
         return taught
-    match = match_points(taught, features, sigma_mm=sigma_mm, T_nominal_part=T_nominal_part, progress=progress)
+    asked = MatchOptions(sigma_mm=sigma_mm, T_nominal_part=T_nominal_part)
+    match = match_points(taught, features, asked, progress=progress)
     if match.chosen is None:
         raise GeometryError(match.reason)
     names = list(taught.features)

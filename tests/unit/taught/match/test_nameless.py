@@ -11,7 +11,7 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.features import FeatureKind, ReferenceFeature
-from wpcal.taught.match import Match, match_points, name_points
+from wpcal.taught.match import Match, MatchOptions, match_points, name_points
 from wpcal.taught.table import TaughtPoints
 
 BOX = np.array([[x, y, z] for x in (0, 100) for y in (0, 60) for z in (0, 20)], dtype=float)
@@ -50,11 +50,11 @@ def test_a_box_is_refused_with_its_symmetry() -> None:
 
 def test_the_nominal_pose_chooses_among_symmetric_answers() -> None:
     taught = without_names(BOX[[0, 1, 2, 4]] + 5.0)
-    match = match_points(taught, as_features(BOX), T_nominal_part=NOMINAL)
+    match = match_points(taught, as_features(BOX), MatchOptions(T_nominal_part=NOMINAL))
     assert match.chosen is not None
     assert match.answers[match.chosen].features == ("V1", "V2", "V3", "V5")
     turned = RigidTransform.from_six_tuple([100, 60, 0, 0, 0, np.pi], target="nominal", source="part")
-    other = match_points(taught, as_features(BOX), T_nominal_part=turned)
+    other = match_points(taught, as_features(BOX), MatchOptions(T_nominal_part=turned))
     assert other.chosen is not None
     assert other.answers[other.chosen].features == ("V7", "V8", "V5", "V3")
     assert other.answers[other.chosen].T_base_part.is_close(
@@ -66,7 +66,7 @@ def test_the_nominal_pose_chooses_among_symmetric_answers() -> None:
 
 def test_a_nominal_pose_between_two_answers_does_not_choose() -> None:
     between = RigidTransform.from_six_tuple([80, -20, 0, 0, 0, np.pi / 2], target="nominal", source="part")
-    match = match_points(without_names(BOX[[0, 1, 2, 4]]), as_features(BOX), T_nominal_part=between)
+    match = match_points(without_names(BOX[[0, 1, 2, 4]]), as_features(BOX), MatchOptions(T_nominal_part=between))
     assert match.chosen is None
     assert "the nominal pose does not tell" in match.reason
 
