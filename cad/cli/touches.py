@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -128,6 +128,7 @@ def touches(
     """
     from cad.batch.request import read_pose
     from cad.cli.kernel_work import run_on_part
+    from cad.workpiece.touches import TouchesWanted
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable, new_directory, to_json
     from wpcal.pages.touches import build_touches_page
@@ -142,19 +143,14 @@ def touches(
         if place is not None:
             raise InputError("--after says where the part stands: leave --nominal away")
         place, options = _after_first(*after, options)
-    arguments: dict[str, Any] = {
-        "options": options,
-        "seam_options": finding,
-        "choice": choice.to_choice(),
-        "seams": split_names(only or ""),
-        "T_base_part": None if place is None else place.relabelled(target="base", source="part"),
-        "cell": moving.to_cell(options.torch, is_placed=place is not None),
-        "bodies": weldment.to_options(),
-    }
+    T_base_part = None if place is None else place.relabelled(target="base", source="part")
+    cell = moving.to_cell(options.torch, is_placed=place is not None)
+    names, bodies = split_names(only or ""), weldment.to_options()
+    asked = TouchesWanted(options, finding, choice.to_choice(), names, T_base_part, cell, bodies)
     drawn: DrawnTouches = run_on_part(
         "cad.workpiece.touches:draw_touches",
         part_step,
-        arguments,
+        {"asked": asked},
         what=f"planning the touches of {part_step}",
         use_cache=not no_cache,
         needs=(PART, MESH),

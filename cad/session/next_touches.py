@@ -10,10 +10,11 @@ import numpy as np
 from cad.session.part import PickPart
 from cad.session.rows import Rows
 from cad.session.touches import planned_touches
-from cad.workpiece.advise_bodies import advise_bodies
+from cad.workpiece.advise_bodies import Advisable, advise_bodies
 from cad.workpiece.bodies import BodiesOptions
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.taught.features import ReferenceFeature
+from wpcal.touch.moved_advice import HowMany
 
 FIRST_POINTS = 4  #: As many are suggested at first: they hold the whole part. Then one at a time.
 
@@ -45,16 +46,14 @@ def next_for_bodies(
         and item.feature.name not in taken
         and not (np.linalg.norm(made - item.feature.p_mm, axis=1) < SAME_MM).any()
     ]
+    accepted = [seam for seam in part.seams if seam.accepted]
     found = advise_bodies(
-        part.workpiece,
-        [seam for seam in part.seams if seam.accepted],
-        free,
+        Advisable(part.workpiece, accepted, free, have if planned is None else ()),
         choice,
         teaching=teaching,
         seam_options=part.seam_options,
-        have=have if planned is None else (),
         touched=None if planned is None else planned[0],
-        count=max(FIRST_POINTS - (len(have) if planned is None else len(made)), 1),
+        how_many=HowMany(max(FIRST_POINTS - (len(have) if planned is None else len(made)), 1)),
     )
     return {
         "features": [touch.name for touch in found.touches],

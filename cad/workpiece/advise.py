@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.workpiece.advise_bodies import advise_bodies
+from cad.workpiece.advise_bodies import Advisable, advise_bodies
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
@@ -22,9 +22,9 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named, split_names
-from wpcal.taught.features import POINT_KINDS, FeatureKind, ReferenceFeature, Touchable, feature_named, judge_features
+from wpcal.taught.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
 from wpcal.touch.advice import Advice, advise
-from wpcal.touch.moved_advice import MovedAdvice
+from wpcal.touch.moved_advice import HowMany, MovedAdvice
 
 USUAL_POINTS = 4  #: With three points no residual shows that one of them is wrong.
 
@@ -119,32 +119,19 @@ def advise_weldment(
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     asked = _asked(workpiece, options, seam_options, choice or SeamChoice(), progress)
     progress("choosing points")
+    is_said = options.points is not None or options.tolerance_mm is not None
     return advise_bodies(
-        asked.workpiece,
-        asked.seams,
-        asked.allowed,
+        asked,
         bodies,
         teaching=TeachingError(sigma_mm=options.sigma_mm, robot=options.robot),
         seam_options=seam_options,
-        have=asked.have,
-        count=options.points,
-        tolerance_mm=options.tolerance_mm,
+        how_many=HowMany(options.points, options.tolerance_mm) if is_said else None,
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Asked:
-    """What is asked, found on the part: its seams, the features that may be taught, and those that are."""
-
-    workpiece: Workpiece
-    seams: list[Seam]
-    allowed: list[Touchable]
-    have: list[ReferenceFeature]
 
 
 def _asked(
     workpiece: Workpiece, options: AdviseOptions, seam_options: SeamOptions, choice: SeamChoice, progress: Progress
-) -> _Asked:
+) -> Advisable:
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress(f"finding seams: {workpiece.size}")
@@ -156,7 +143,7 @@ def _asked(
         for item in judge_features(workpiece.graph, workpiece.features)
         if item.feature.name not in excluded and item.feature.kind in options.kinds and _is_near(item, options.near)
     ]
-    return _Asked(workpiece, seams, allowed, have)
+    return Advisable(workpiece, seams, allowed, have)
 
 
 def _advise(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,43 +59,48 @@ def _seam_points(workpiece: Workpiece, seams: Sequence[Seam], part: PartBodies) 
     return SeamPoints(MeetingPoints.joined(points), names)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Advisable:
+    """What of a part may be taught, and what for."""
+
+    workpiece: Workpiece
+    seams: Sequence[Seam]  #: Where the error counts.
+    allowed: Sequence[Touchable]  #: What may be taught.
+    have: Sequence[ReferenceFeature]  #: What is taught in any case.
+
+
 def advise_bodies(
-    workpiece: Workpiece,
-    seams: Sequence[Seam],
-    allowed: Sequence[Touchable],
+    asked: Advisable,
     choice: BodiesOptions,
     *,
     teaching: TeachingError,
     seam_options: SeamOptions,
-    have: Sequence[ReferenceFeature] = (),
     touched: Touches | None = None,
-    count: int | None = None,
-    tolerance_mm: float | None = None,
+    how_many: HowMany | None = None,
 ) -> MovedAdvice:
     """Choose the features of a weldment to teach whose bodies may have moved.
 
-    Raises `InputError` or `GeometryError` as in `find_bodies` and `advise_moved`.
+    On each body the easiest to touch are used. Harder ones join only if the tolerance is not reached without them.
 
-    `allowed`: What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is
-    not reached without them.
+    Raises `InputError` or `GeometryError` as in `find_bodies` and `advise_moved`.
     """
-    tacked = tacked_bodies(workpiece, seams, choice, seam_options)
+    workpiece, have = asked.workpiece, asked.have
+    tacked = tacked_bodies(workpiece, asked.seams, choice, seam_options)
     model, sigma_mm = tacked.model(), Sigma.expected(teaching.per_axis_mm).mm
     taught = {feature.name for feature in have}
     usual = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(taught), 1)
-    if count is None and tolerance_mm is None:
-        count = usual
+    how_many = replace(how_many or HowMany(usual), usual=usual)
     made = [_of_features(workpiece, tacked, model, have, sigma_mm)]
     if touched is not None:
         made.append(_of_touches(touched, tacked, model, sigma_mm))
     rows, places, _ = (np.concatenate(each) for each in zip(*made, strict=True))
-    free = [item for item in allowed if item.feature.name not in taught]
+    free = [item for item in asked.allowed if item.feature.name not in taught]
     for is_easy in (True, False):
         advice = advise_moved(
             model,
             _choices(workpiece, tacked, model, free, sigma_mm, is_easy=is_easy),
             tacked.seams,
-            HowMany(count, tolerance_mm, usual),
+            how_many,
             have=(rows, places),
             teaching=teaching,
         )

@@ -29,12 +29,14 @@ from wpcal.touch.plan.plan_touches import plan_touches as plan_touches_of
 from wpcal.touch.plan.reach import ArmReach
 from wpcal.touch.searches import SearchKind, TouchPlan
 
+USUAL, USUAL_SEAMS = TouchOptions(), SeamOptions()
+
 
 def plan_touches(
     step: Any,
     *,
-    options: TouchOptions | None = None,
-    seam_options: SeamOptions | None = None,
+    options: TouchOptions = USUAL,
+    seam_options: SeamOptions = USUAL_SEAMS,
     choice: SeamChoice | None = None,
     seams: Sequence[str] = (),
     T_base_part: RigidTransform | None = None,
@@ -51,18 +53,21 @@ def plan_touches(
     `bodies`: The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as
     one.
     """
-    return draw_touches(
-        step,
-        options=options,
-        seam_options=seam_options,
-        choice=choice,
-        seams=seams,
-        T_base_part=T_base_part,
-        cell=cell,
-        bodies=bodies,
-        cache=cache,
-        progress=progress,
-    ).plan
+    asked = TouchesWanted(options, seam_options, choice, tuple(seams), T_base_part, cell, bodies)
+    return draw_touches(step, asked=asked, cache=cache, progress=progress).plan
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchesWanted:
+    """What `plan_touches` plans for."""
+
+    options: TouchOptions
+    seam_options: SeamOptions
+    choice: SeamChoice | None
+    seams: tuple[str, ...]  #: Names; empty: the accepted ones.
+    T_base_part: RigidTransform | None
+    cell: Cell | None
+    bodies: BodiesOptions | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,24 +83,14 @@ class DrawnTouches:
 
 
 def draw_touches(
-    step: Any,
-    *,
-    options: TouchOptions | None = None,
-    seam_options: SeamOptions | None = None,
-    choice: SeamChoice | None = None,
-    seams: Sequence[str] = (),
-    T_base_part: RigidTransform | None = None,
-    cell: Cell | None = None,
-    bodies: BodiesOptions | None = None,
-    cache: AnswerCache = NO_CACHE,
-    progress: Progress = no_progress,
+    step: Any, *, asked: TouchesWanted, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
 ) -> DrawnTouches:
     """Plan touches as `plan_touches` does, and return what their page draws, too."""
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     progress(f"finding seams: {workpiece.size}")
     # the touches are on the part as read: curves that the search for seams adds are no borders of faces
-    found, with_curves = find_seams(workpiece, seam_options or SeamOptions(), choice)
-    counted = _counted_seams(found, seams)
+    found, with_curves = find_seams(workpiece, asked.seam_options, asked.choice)
+    counted = _counted_seams(found, asked.seams)
     part_glb = _triangles(workpiece, progress)
     material = None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb))
     part = TouchPart(
@@ -105,11 +100,11 @@ def draw_touches(
         counted,
         workpiece.features,
         material,
-        None if bodies is None else tacked_bodies(with_curves, counted, bodies, seam_options or SeamOptions()),
+        None if asked.bodies is None else tacked_bodies(with_curves, counted, asked.bodies, asked.seam_options),
     )
-    options, reach = options or TouchOptions(), None
-    if cell is not None:
-        reach = ArmReach.of(cell, T_base_part, material)
+    options, T_base_part, reach = asked.options, asked.T_base_part, None
+    if asked.cell is not None:
+        reach = ArmReach.of(asked.cell, T_base_part, material)
         options, T_base_part = replace(options, up_base=reach.up_base), reach.T_base_part
     plan = plan_touches_of(part, options=options, T_base_part=T_base_part, reach=reach, progress=progress)
     border_mm = {

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import command, option_of
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.outputs import require_result
 from wpcal.cli.part_option import part_option, read_part_option
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
 
-MAP = "wpcal.planning.sequence.place:map_places"
+if TYPE_CHECKING:
+    from wpcal.planning.sequence.place import MapOptions
 
 
 @command()
@@ -19,9 +21,7 @@ MAP = "wpcal.planning.sequence.place:map_places"
 @click.argument("result", metavar="RESULT", type=click.Path(path_type=Path))
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
 @part_option
-@option_of(f"{MAP}.moved", "--move", help="What is moved over the map: the part, with its positioner, or the robot.")
-@option_of(f"{MAP}.range_mm", "--range-mm", type=click.FloatRange(50.0, 3000.0), help="Largest move in x and y.")
-@option_of(f"{MAP}.step_mm", "--map-step-mm", type=click.FloatRange(10.0, 1000.0), help="Step of the map.")
+@takes("options", "wpcal.planning.sequence.place:MapOptions")
 @click.option(
     "-o", "--out", "output", metavar="MAP.svg", type=click.Path(path_type=Path), required=True, help="Output: a file."
 )
@@ -32,10 +32,8 @@ def place(
     cell_json: Path,
     result: Path,
     only: str | None,
-    move: str,
     part: Path | None,
-    range_mm: float,
-    map_step_mm: float,
+    options: MapOptions,
     output: Path,
     force: bool,
     as_json: bool,
@@ -50,7 +48,7 @@ def place(
     from wpcal.core.records import to_json, write_file
     from wpcal.pages.draw.place import place_svg
     from wpcal.planning.cell.cell_file import read_one_robot
-    from wpcal.planning.sequence.place import Moved, map_places
+    from wpcal.planning.sequence.place import map_places
     from wpcal.planning.sequence.sequence_input import read_sequence_input
     from wpcal.planning.sequence.targets import SequenceTargets
     from wpcal.seam.names import split_names
@@ -61,23 +59,14 @@ def place(
     given = read_sequence_input(result, cell, names, part_glb=read_part_option(part))
     cell = given.placed(cell)
     with shown_progress("starting") as progress:
-        found = map_places(
-            cell,
-            given.part,
-            given.seams,
-            SequenceTargets(),
-            moved=Moved(move),
-            range_mm=range_mm,
-            step_mm=map_step_mm,
-            progress=progress,
-        )
+        found = map_places(cell, given.part, given.seams, SequenceTargets(), options, progress=progress)
     write_file(output, place_svg(found), overwrite=force)
     if as_json:
         click.echo(to_json(found.to_record(cell.name)), nl=False)
     else:
         x, y, turn, share = found.best
-        turned = f" and the part turned by {turn:g} deg about the vertical" if turn else ""
+        moved, turned = options.moved.value, f" and the part turned by {turn:g} deg about the vertical" if turn else ""
         click.echo(f"now: {100 * found.now:.0f} % of the length is reachable")
-        click.echo(f"best: {100 * share:.0f} % with the {move} moved by {x:g}, {y:g} mm in x, y of world{turned}")
+        click.echo(f"best: {100 * share:.0f} % with the {moved} moved by {x:g}, {y:g} mm in x, y of world{turned}")
         click.echo(f"drawn in {output}")
     return 0 if found.best[3] > 1.0 - 1e-9 else 1

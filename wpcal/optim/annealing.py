@@ -158,27 +158,21 @@ class AnnealingReport:
 
 def anneal(
     cost: Cost,
-    lower: ArrayLike,
-    upper: ArrayLike,
+    box: SearchBox,
     *,
     rng: np.random.Generator,
     schedule: AnnealingSchedule | None = None,
     start: ArrayLike | None = None,
-    periodic: ArrayLike | None = None,
 ) -> AnnealingReport:
     """Search a box for the state of least cost.
 
-    Raises `InputError` when the box is empty or not finite.
-
     `cost`: Maps states, shape (m, d), to costs, shape (m,).
-    `lower`, `upper`: shape (d,). The box. R_i of eq. (6) is upper - lower.
+    `box`: R_i of eq. (6) is its width. Periodic variables are brought back into the box between temperatures, so the
+    cost must repeat beyond it. The others stop at its wall.
     `start`: array_like, shape (d,), optional. Where all chains start. The samples of eq. (9) are then drawn from its
     first neighbourhood. Without it both are random states of the box.
-    `periodic`: array_like of bool, shape (d,), optional. Variables that leave the box at one side and enter at the
-    other (full turns). They are brought back into the box between temperatures, so the cost must repeat beyond it. The
-    others stop at its wall.
     """
-    run = _Run(cost, SearchBox.of(lower, upper, periodic), schedule or AnnealingSchedule(), rng, start)
+    run = _Run(cost, box, schedule or AnnealingSchedule(), rng, start)
     stop = StopReason.TEMPERATURES
     for count in range(1, run.schedule.most_temperatures + 1):
         before = run.best_cost

@@ -18,11 +18,11 @@ class SearchBox:
     #: `lower`, `upper`: shape (d,).
     lower: FloatArray
     upper: FloatArray
-    periodic: BoolArray  #: shape (d,). Variables that leave the box at one side and enter at the other.
+    periodic: BoolArray  #: shape (d,). Variables that leave the box at one side and enter at the other: full turns.
 
     @classmethod
-    def of(cls, lower: ArrayLike, upper: ArrayLike, periodic: ArrayLike | None) -> SearchBox:
-        """Check and return a box; the parameters are those of `wpcal.optim.annealing.anneal`, shape (d,) each."""
+    def of(cls, lower: ArrayLike, upper: ArrayLike, periodic: ArrayLike | None = None) -> SearchBox:
+        """Return a box; shape (d,) each. Raises `InputError` when it is empty or not finite."""
         low, high = frozen(lower), frozen(upper)
         if low.ndim != 1 or low.shape != high.shape or not (np.isfinite(low) & np.isfinite(high) & (low < high)).all():
             raise InputError(f"expected a box of finite bounds with lower < upper, got {low} and {high}")

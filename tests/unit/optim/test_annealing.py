@@ -4,8 +4,9 @@ import pytest
 from wpcal.core import InputError
 from wpcal.optim import AnnealingSchedule, Neighbourhood, StopReason, anneal
 from wpcal.optim.annealing import first_temperature
+from wpcal.optim.search_box import SearchBox
 
-BOX = (np.full(2, -5.0), np.full(2, 5.0))
+BOX = SearchBox.of(np.full(2, -5.0), np.full(2, 5.0))
 
 
 def rastrigin(states):
@@ -20,7 +21,7 @@ def test_the_first_temperature_follows_from_the_sampled_costs():
 
 @pytest.mark.parametrize("seed", range(10))
 def test_the_global_minimum_among_many_local_ones_is_found(seed):
-    report = anneal(rastrigin, *BOX, rng=np.random.default_rng(seed))
+    report = anneal(rastrigin, BOX, rng=np.random.default_rng(seed))
     assert report.cost < 1e-2
     assert np.abs(report.state).max() < 1e-2
 
@@ -32,7 +33,7 @@ def test_the_published_schedule_has_the_printed_numbers():
 
 
 def test_the_trace_tells_every_temperature():
-    report = anneal(rastrigin, *BOX, rng=np.random.default_rng(0), schedule=AnnealingSchedule(cooling=0.8))
+    report = anneal(rastrigin, BOX, rng=np.random.default_rng(0), schedule=AnnealingSchedule(cooling=0.8))
     t = report.trace.temperature
     assert np.allclose(t[1:] / t[:-1], 0.8, rtol=0, atol=1e-12)
     assert (np.diff(report.trace.best_cost) <= 0).all()
@@ -48,7 +49,7 @@ def test_chains_grow_as_it_cools():
         return rastrigin(states)
 
     schedule = AnnealingSchedule(chains=1, least_moves=10, most_moves=200, most_acceptances=20, least_temperatures=40)
-    report = anneal(counted, *BOX, rng=np.random.default_rng(0), schedule=schedule)
+    report = anneal(counted, BOX, rng=np.random.default_rng(0), schedule=schedule)
     assert report.evaluations == sum(lengths)
     assert report.trace.accepted[0] > 0.8
     assert report.evaluations < 0.9 * 200 * report.temperatures
@@ -56,7 +57,7 @@ def test_chains_grow_as_it_cools():
 
 def test_it_settles_when_the_best_rests():
     schedule = AnnealingSchedule(least_temperatures=5, most_temperatures=60, tolerance=1e9)
-    report = anneal(rastrigin, *BOX, rng=np.random.default_rng(0), schedule=schedule)
+    report = anneal(rastrigin, BOX, rng=np.random.default_rng(0), schedule=schedule)
     assert (report.stop, report.temperatures) == (StopReason.SETTLED, 5)
 
 
@@ -67,7 +68,8 @@ def test_states_stay_in_the_box_and_periodic_ones_wrap():
         seen.append(states)
         return np.abs(np.angle(np.exp(1j * (states[:, 0] - 3.1)))) + (states[:, 1] - 9.0) ** 2
 
-    report = anneal(cost, [-np.pi, 0.0], [np.pi, 5.0], rng=np.random.default_rng(1), periodic=[True, False])
+    box = SearchBox.of([-np.pi, 0.0], [np.pi, 5.0], [True, False])
+    report = anneal(cost, box, rng=np.random.default_rng(1))
     everything = np.vstack(seen)
     assert np.abs(report.state[0]) <= np.pi  # the cost may see a little more than a turn
     assert (everything[:, 1] >= 0).all()
@@ -76,13 +78,13 @@ def test_states_stay_in_the_box_and_periodic_ones_wrap():
 
 
 def test_the_same_generator_gives_the_same_run():
-    first, second = (anneal(rastrigin, *BOX, rng=np.random.default_rng(7)) for _ in range(2))
+    first, second = (anneal(rastrigin, BOX, rng=np.random.default_rng(7)) for _ in range(2))
     assert np.array_equal(first.state, second.state)
     assert np.array_equal(first.trace.cost, second.trace.cost)
 
 
 def test_equal_costs_everywhere_end_quietly():
-    report = anneal(lambda states: np.ones(len(states)), *BOX, rng=np.random.default_rng(0))
+    report = anneal(lambda states: np.ones(len(states)), BOX, rng=np.random.default_rng(0))
     assert report.cost == 1.0
 
 
@@ -96,4 +98,4 @@ def test_a_schedule_that_is_none_is_refused(options):
 
 def test_an_empty_box_is_refused():
     with pytest.raises(InputError, match="box"):
-        anneal(rastrigin, [0.0, 0.0], [0.0, 1.0], rng=np.random.default_rng(0))
+        SearchBox.of([0.0, 0.0], [0.0, 1.0])

@@ -20,7 +20,7 @@ from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.run import Phase
 from wpcal.planning.sequence.kept_plan import kept_plan_of, with_digest
 from wpcal.planning.sequence.order import Stop, find_order
-from wpcal.planning.sequence.place import Moved, map_places
+from wpcal.planning.sequence.place import MapOptions, Moved, map_places
 from wpcal.planning.sequence.plan_sequence import SequencePreference, _Work, plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
@@ -258,13 +258,13 @@ def test_a_cell_without_tool_data_is_one_line(tmp_path):
 def test_a_place_where_a_body_is_in_the_way_does_not_count(given):
     """A lid over the part: the arm would reach the seams there. A plan finds the same."""
     cell, seams = given.placed(fixed_cell()), [each for each in given.seams if each.name == "W2"]
-    one = {"range_mm": 400.0, "step_mm": 400.0}
-    before = map_places(cell, given.part, seams, SequenceTargets(), **one)
+    one = MapOptions(range_mm=400.0, step_mm=400.0)
+    before = map_places(cell, given.part, seams, SequenceTargets(), one)
     assert before.now == 1.0
     at = cell.part_places(cell.home[None])[0] @ [100.0, 10.0, 70.0, 1.0]
     lid = Shape("lid", at[None, :3] - [200.0, 0.0, 0.0], at[None, :3] + [200.0, 0.0, 0.0], np.array([40.0]))
     covered = dataclasses.replace(cell, bench=(*cell.bench, lid))
-    found = map_places(covered, given.part, seams, SequenceTargets(), **one)
+    found = map_places(covered, given.part, seams, SequenceTargets(), one)
     assert found.now == 0.0
     assert found.best[3] == 1.0
     with pytest.raises(GeometryError, match="lid"):
@@ -275,7 +275,8 @@ def test_a_place_where_a_body_is_in_the_way_does_not_count(given):
 @pytest.mark.deep
 def test_the_map_finds_a_place_for_a_part_out_of_reach(given):
     cell = fixed_cell((1900.0, 0.0, 200.0))
-    found = map_places(cell, given.part, given.seams[:2], SequenceTargets(), range_mm=1200.0, step_mm=300.0)
+    options = MapOptions(range_mm=1200.0, step_mm=300.0)
+    found = map_places(cell, given.part, given.seams[:2], SequenceTargets(), options)
     assert found.now == 0.0
     x, y, turn, share = found.best
     assert share == 1.0
@@ -288,7 +289,6 @@ def test_the_map_finds_a_place_for_a_part_out_of_reach(given):
         assert plan.sequence.welded_mm > 0.0
     picture = place_svg(found)
     assert picture.count("<rect") == 1 + found.share.size
-    by_robot = map_places(
-        cell, given.part, given.seams[:2], SequenceTargets(), moved=Moved.ROBOT, range_mm=1200.0, step_mm=600.0
-    )
+    coarse = MapOptions(moved=Moved.ROBOT, range_mm=1200.0, step_mm=600.0)
+    by_robot = map_places(cell, given.part, given.seams[:2], SequenceTargets(), coarse)
     assert by_robot.best[0] >= 600.0

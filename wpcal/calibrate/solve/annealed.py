@@ -19,8 +19,10 @@ from wpcal.core.pairs import PointPairs
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, Cost, StateVariables, anneal
+from wpcal.optim.search_box import SearchBox
 
 HALF_TURN = np.pi
+TURNS = (False,) * 3 + (True,) * 3  #: The variables of a state that are full turns.
 LEAST_RANGE_MM = 1.0
 """Least range of the search, for a part that is exactly where it was modelled: larger than any teaching error."""
 
@@ -30,10 +32,7 @@ class SearchProblem:
     """A cost and its box, and how a state becomes a rigid motion."""
 
     cost: Cost  #: States (m, 6) to largest distances (m,), mm.
-    #: `lower`, `upper`: shape (6,). x, y, z in mm; α, β, γ in rad.
-    lower: FloatArray
-    upper: FloatArray
-    periodic: tuple[bool, ...]  #: The variables that are full turns.
+    box: SearchBox  #: x, y, z in mm; α, β, γ in rad.
     start: FloatArray | None  #: shape (6,). Where the paper's single chain starts.
     #: `pivot_source`, `pivot_target`: shape (3,). The point the source turns about, and where it goes at zero
     #: translation.
@@ -74,15 +73,8 @@ def anneal_pairs(
 
 
 def _run(problem: SearchProblem, schedule: AnnealingSchedule, seed: int) -> AnnealingReport:
-    return anneal(
-        problem.cost,
-        problem.lower,
-        problem.upper,
-        rng=np.random.default_rng(seed),
-        schedule=schedule,
-        start=problem.start,
-        periodic=problem.periodic,
-    )
+    rng = np.random.default_rng(seed)
+    return anneal(problem.cost, problem.box, rng=rng, schedule=schedule, start=problem.start)
 
 
 def about_centroid(p: FloatArray, q: FloatArray) -> SearchProblem:
@@ -97,7 +89,7 @@ def about_centroid(p: FloatArray, q: FloatArray) -> SearchProblem:
     radius = max(float(np.linalg.norm(c, axis=1).max()) for c in (p - pivot_p, q - pivot_q))
     high = np.array([radius, radius, radius, HALF_TURN, HALF_TURN, HALF_TURN])
     cost = largest_distance_cost(p - pivot_p, q - pivot_q)
-    return SearchProblem(cost, -high, high, (False,) * 3 + (True,) * 3, None, pivot_p, pivot_q)
+    return SearchProblem(cost, SearchBox.of(-high, high, TURNS), None, pivot_p, pivot_q)
 
 
 def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
@@ -118,7 +110,7 @@ def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
     reach = LEAST_RANGE_MM + float(np.linalg.norm(shift)) + lever
     high = np.array([reach, reach, reach, angle, angle, angle])
     zero = np.zeros(3)
-    return SearchProblem(largest_distance_cost(p, q), -high, high, (False,) * 6, np.zeros(6), zero, zero)
+    return SearchProblem(largest_distance_cost(p, q), SearchBox.of(-high, high), np.zeros(6), zero, zero)
 
 
 def largest_distance_cost(p: FloatArray, q: FloatArray) -> Cost:

@@ -22,6 +22,7 @@ from wpcal.core.rotations import cube_rotations, rotation_from_zyx
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, anneal
+from wpcal.optim.search_box import SearchBox
 
 MOST_SEARCHED = 64
 """Touches that the annealer uses. Of more touches it uses an evenly spaced subset; the polish uses all."""
@@ -124,9 +125,8 @@ def _anneal(touches: Touches, schedule: AnnealingSchedule, seed: int) -> Anneali
 
     reach = targets.reach_mm
     high = np.array([reach, reach, reach, np.pi, np.pi, np.pi])
-    return anneal(
-        cost, -high, high, rng=np.random.default_rng(seed), schedule=schedule, periodic=(False,) * 3 + (True,) * 3
-    )
+    box = SearchBox.of(-high, high, periodic=(False,) * 3 + (True,) * 3)
+    return anneal(cost, box, rng=np.random.default_rng(seed), schedule=schedule)
 
 
 def _moved_from(ends: list[Pose], nominal: RigidTransform, touches: Touches) -> FloatArray:

@@ -17,6 +17,7 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import with_torch_at
@@ -47,6 +48,18 @@ class Moved(Enum):
 
     PART = "part"
     ROBOT = "robot"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapOptions:
+    """Which places are compared."""
+
+    moved: Moved = opt(Moved.PART, "What is moved over the map: the part, with its positioner, or the robot.", "--move")
+    range_mm: float = opt(600.0, "Largest move in x and y.", least=50.0, most=3000.0)
+    step_mm: float = opt(100.0, "Step of the map.", "--map-step-mm", least=10.0, most=1000.0)
+
+
+USUAL_MAP = MapOptions()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,10 +109,8 @@ def map_places(
     part: TriangleMaterial | None,
     seams: Sequence[PlannedSeam],
     targets: SequenceTargets,
+    options: MapOptions = USUAL_MAP,
     *,
-    moved: Moved = Moved.PART,
-    range_mm: float = 600.0,
-    step_mm: float = 100.0,
     progress: Progress = no_progress,
 ) -> PlaceMap:
     """Measure how much of the seams is reachable over a grid of places.
@@ -111,8 +122,8 @@ def map_places(
     tasks = [seam_task(seam.seam) for seam in seams]
     poses = [_poses(task, targets, clearance) for task in tasks]
     length = np.array([task.length_mm for task in tasks])
-    steps = round(range_mm / step_mm)
-    grid = np.asarray(step_mm * np.arange(-steps, steps + 1), dtype=np.float64)
+    moved, steps = options.moved, round(options.range_mm / options.step_mm)
+    grid = np.asarray(options.step_mm * np.arange(-steps, steps + 1), dtype=np.float64)
     turns = TURNS_DEG if moved is Moved.PART and cell.carrier is None else (0.0,)
     share, best_turn = np.zeros((len(grid), len(grid))), np.zeros((len(grid), len(grid)))
     points = np.concatenate([task.p for task in tasks])
