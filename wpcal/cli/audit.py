@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,45 +10,54 @@ import click
 
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
-from wpcal.cli.torch_options import TorchAsked
+from wpcal.cli.torch_options import TorchOfProgramAsked
+from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
     from wpcal.controllers.audit import AuditReport
     from wpcal.controllers.audit.fault import Fault
     from wpcal.controllers.audit.programs import Surroundings
-    from wpcal.robot.torch.attitude import TorchSettings
-    from wpcal.robot.torch.shape import TorchShape
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotOfProgramAsked:
+    """The robot that runs the programs, its tool, and how they switch the arc."""
+
+    robot: str | None = opt(None, f"{ROBOT_HELP} Poses must be inside its limits. Needs --tool.", metavar="ARM")
+    tool: str | None = opt(None, f"{TOOL_HELP} As set in the controller.", metavar=TOOL_METAVAR)
+    torch: TorchOfProgramAsked = group(TorchOfProgramAsked)
+    arc_output: int | None = opt(
+        None,
+        "Digital output that switches the arc.  [default: that in the header of the program]",
+        metavar="N",
+        least=0,
+    )
+
+    def to_surroundings(self) -> Surroundings:
+        """Return what programs are compared with.
+
+        Raises `InputError` when the arm or the tool cannot be used, or one of them is missing.
+        """
+        from wpcal.core.errors import InputError
+        from wpcal.robot.identify.poses_file import parse_tool
+        from wpcal.robot.kinematics.arm_file import find_arm
+
+        if (self.robot is None) != (self.tool is None):
+            raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
+        around = replace(self.torch.to_surroundings(), arc_output=self.arc_output)
+        if self.robot is None or self.tool is None:
+            return around
+        return replace(around, arm=find_arm(self.robot), T_flange_tool=parse_tool(self.tool)[0])
 
 
 @command()
 @click.argument("path", metavar="FILE|DIR", type=click.Path(path_type=Path))
 @click.option("--fix", is_flag=True, help="Repair what has one answer; the rest is listed. Needs -o.")
 @click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the repaired file, with --fix.")
-@click.option("--robot", metavar="ARM", help=f"{ROBOT_HELP} Poses must be inside its limits. Needs --tool.")
-@click.option("--tool", metavar=TOOL_METAVAR, help=f"{TOOL_HELP} As set in the controller.")
-@takes("tip", "wpcal.robot.torch.attitude:TorchSettings", only=["standoff_mm", "tool_axis"])
-@takes("shape", TorchAsked)
-@click.option(
-    "--arc-output",
-    metavar="N",
-    type=click.IntRange(min=0),
-    help="Digital output that switches the arc.  [default: that in the header of the program]",
-)
+@takes("robot", RobotOfProgramAsked)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the repaired file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of the audit.")
-def audit(
-    *,
-    path: Path,
-    fix: bool,
-    output: Path | None,
-    robot: str | None,
-    tool: str | None,
-    tip: TorchSettings,
-    shape: TorchAsked,
-    arc_output: int | None,
-    force: bool,
-    as_json: bool,
-) -> int:
+def audit(*, path: Path, fix: bool, output: Path | None, robot: RobotOfProgramAsked, force: bool, as_json: bool) -> int:
     """List every fault of a file, or of the files in a folder, with its place.
 
     Reads tables, programs, result folders, seams.json and the other records of wpcal, robot and cell files, part.glb.
@@ -61,7 +70,7 @@ def audit(
 
     if fix != (output is not None):
         raise InputError("--fix and -o belong together: the repaired file is written to -o, never in place")
-    around = replace(_surroundings(robot, tool, tip, shape.to_shape()), arc_output=arc_output)
+    around = robot.to_surroundings()
     with shown_progress(f"auditing {path}") as progress:
         report = audit_path(path, around, progress=progress)
     if output is not None:
@@ -73,21 +82,6 @@ def audit(
     else:
         _show(report, as_json=as_json)
     return 1 if report.fault_count else 0
-
-
-def _surroundings(robot: str | None, tool: str | None, tip: TorchSettings, torch: TorchShape) -> Surroundings:
-    from wpcal.controllers.audit.programs import Surroundings
-    from wpcal.core.errors import InputError
-
-    if (robot is None) != (tool is None):
-        raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
-    around = Surroundings(torch=torch, tool_axis=tip.tool_axis, standoff_mm=tip.standoff_mm)
-    if robot is None:
-        return around
-    from wpcal.robot.identify.poses_file import parse_tool
-    from wpcal.robot.kinematics.arm_file import find_arm
-
-    return replace(around, arm=find_arm(robot), T_flange_tool=parse_tool(tool)[0])
 
 
 def _line(fault: Fault) -> str:

@@ -13,7 +13,7 @@ import math
 import sys
 import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
 from enum import Enum
 from importlib import import_module
 from pathlib import Path
@@ -23,7 +23,7 @@ import click
 
 from wpcal.cli.help_sections import SectionedCommand, help_all
 from wpcal.cli.number_options import strict_number
-from wpcal.core.options import GROUP, OPTION, Option
+from wpcal.core.options import GROUP, ONLY, OPTION, Option
 
 Callback = TypeVar("Callback", bound=Callable[..., Any])
 Group = type[Any] | str
@@ -135,7 +135,7 @@ class _Asked:
 
     def _build(self, group: type[Any], values: Mapping[str, Any]) -> Any:
         given = {each.field.name: each.value(values) for each in self._own(group) if each.is_given(values)}
-        inner = {name: self._build(kind, values) for name, kind in _inner_groups(group).items()}
+        inner = {name: asked._build(kind, values) for name, (asked, kind) in self._inner(group).items()}
         return group(**given, **{name: value for name, value in inner.items() if name not in self.without})
 
     def _own(self, group: type[Any]) -> Iterator[_Stated]:
@@ -145,12 +145,18 @@ class _Asked:
 
     def _stated(self, group: type[Any]) -> Iterator[_Stated]:
         """Yield all options, those of inner groups at their place."""
-        own, inner = {each.field.name: each for each in self._own(group)}, _inner_groups(group)
+        own, inner = {each.field.name: each for each in self._own(group)}, self._inner(group)
         for each in fields(group):
             if each.name in own:
                 yield own[each.name]
             elif each.name in inner and each.name not in self.without:
-                yield from self._stated(inner[each.name])
+                asked, kind = inner[each.name]
+                yield from asked._stated(kind)
+
+    def _inner(self, group: type[Any]) -> dict[str, tuple[_Asked, type[Any]]]:
+        """Return the inner groups of a group, each with what asks for it."""
+        only = {each.name: each.metadata.get(ONLY) or self.only for each in fields(group)}
+        return {name: (replace(self, only=only[name]), kind) for name, kind in _inner_groups(group).items()}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Options of `wpcal export` and `wpcal audit`: how the torch is held, and its shape."""
+"""Options of `wpcal export`, `audit` and `touchup`: how the torch is held, and its shape."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from wpcal.core.options import opt
+from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
+    from wpcal.controllers.audit.programs import Surroundings
     from wpcal.robot.torch.attitude import TorchSettings
     from wpcal.robot.torch.shape import TorchShape
 
@@ -83,3 +84,18 @@ class TorchAsked:
         sizes = {"wire_mm": shape.wire_mm, "nozzle_radius_mm": shape.nozzle_radius_mm, "length_mm": shape.length_mm}
         wire_mm, nozzle_mm, length_mm = (sizes | stated).values()
         return TorchShape(wire_mm, nozzle_mm, length_mm)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorchOfProgramAsked:
+    """The torch and the tool centre point of a program that is read back."""
+
+    tip: TorchSettings = group("wpcal.robot.torch.attitude:TorchSettings", only=("standoff_mm", "tool_axis"))
+    shape: TorchAsked = group(TorchAsked)
+
+    def to_surroundings(self, felt: TorchShape | None = None) -> Surroundings:
+        """Return what the program is compared with; errors as `TorchAsked.to_shape`."""
+        from wpcal.controllers.audit.programs import Surroundings
+
+        torch = self.shape.to_shape(felt)
+        return Surroundings(torch=torch, tool_axis=self.tip.tool_axis, standoff_mm=self.tip.standoff_mm)

@@ -9,11 +9,10 @@ import click
 
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
-from wpcal.cli.torch_options import TorchAsked
+from wpcal.cli.torch_options import TorchOfProgramAsked
 
 if TYPE_CHECKING:
     from wpcal.controllers.touchup.study import TouchUp, TouchUpOptions
-    from wpcal.robot.torch.attitude import TorchSettings
 
 
 @command()
@@ -36,8 +35,7 @@ if TYPE_CHECKING:
     help="Touch-ups of earlier parts of this kind, in folders below: what is corrected alike on all is proposed.",
 )
 @takes("options", "wpcal.controllers.touchup.study:TouchUpOptions")
-@takes("tip", "wpcal.robot.torch.attitude:TorchSettings", only=["standoff_mm", "tool_axis"])
-@takes("shape", TorchAsked)
+@takes("torch", TorchOfProgramAsked)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was corrected, and what follows.")
 @click.pass_context
@@ -51,8 +49,7 @@ def touchup(
     html: Path | None,
     earlier: Path | None,
     options: TouchUpOptions,
-    tip: TorchSettings,
-    shape: TorchAsked,
+    torch: TorchOfProgramAsked,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -66,7 +63,6 @@ def touchup(
     program that is written is not free of the part.
     """
     from wpcal.cli.outputs import require_new, typed_options
-    from wpcal.controllers.audit.programs import Surroundings
     from wpcal.controllers.touchup.pooled import earlier_touch_ups, proposals
     from wpcal.controllers.touchup.poses import read_program
     from wpcal.controllers.touchup.record import sentences, touch_up_record
@@ -88,8 +84,7 @@ def touchup(
     texts = dict[str, bytes]()
     if out is not None:
         texts = moved_text(found.changed, found.shifts)
-        torch = shape.to_shape(finished.torch)
-        around = Surroundings(torch=torch, tool_axis=tip.tool_axis, standoff_mm=tip.standoff_mm)
+        around = torch.to_surroundings(finished.torch)
         record["not_free"] = faults_of(found, texts, around)
         texts = without_claim(texts) if record["not_free"] else texts
     if as_json:
@@ -113,7 +108,7 @@ def touchup(
         said = (
             "NOT CHECKED: RUN IT DRY FIRST"
             if record["not_free"]
-            else f"executed: out of the part as corrected, with {torch}; {NOT_SEEN}. RUN IT DRY FIRST"
+            else f"executed: out of the part as corrected, with {around.torch}; {NOT_SEEN}. RUN IT DRY FIRST"
         )
         click.echo(f"wrote {', '.join([*texts, 'touchup.json'])} to {out}; {said}", err=as_json)
     is_unsure = any("less sure" in each.says for each in found.seams)

@@ -15,7 +15,7 @@ from typing import Any
 
 from wpcal.core.errors import InputError
 
-OPTION, GROUP = "option", "group"
+OPTION, GROUP, ONLY = "option", "group", "only"
 """Keys in the metadata of a field."""
 
 
@@ -43,9 +43,12 @@ class Option:
     is_shown: bool = True  #: Whether the help says the default.
 
 
-def group(where: str | type[Any]) -> Any:
-    """Declare a field that is an inner group: a class, or where it is (``"module:Class"``)."""
-    return field(metadata={GROUP: where})
+def group(where: str | type[Any], *, only: tuple[str, ...] = ()) -> Any:
+    """Declare a field that is an inner group: a class, or where it is (``"module:Class"``).
+
+    `only`: The fields of the group that are options; the others are left at their defaults. Empty: all.
+    """
+    return field(metadata={GROUP: where, ONLY: only})
 
 
 def opt(default: Any, help: str, *flags: str, default_factory: Any = MISSING, **settings: Any) -> Any:  # noqa: A002
