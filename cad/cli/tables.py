@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
@@ -51,6 +51,39 @@ def size_words(feature: ReferenceFeature) -> str:
     return " ".join(word for word in words if word)
 
 
+CELLS: Mapping[str, Callable[[Seam], str]] = {
+    "seam": lambda seam: seam.name,
+    "joint": lambda seam: seam.joint.value,
+    "weld": lambda seam: seam.weld.value,
+    "joins": lambda seam: " + ".join(seam.solids),
+    # where it is on the part, to find it there and on the page
+    "middle in part, mm": lambda seam: (
+        "" if seam.candidate is None else ", ".join(f"{value + 0.0:.1f}" for value in seam.candidate.middle_mm)
+    ),
+    "length mm": lambda seam: f"{seam.length_mm:.3f}{' closed' if seam.closed else ''}",
+    "points": lambda seam: str(len(seam.frames)),
+    "gap mm": lambda seam: f"{seam.gap_mm[2]:.3f}",
+    "sure": lambda seam: "by hand" if _is_by_hand(seam) else f"{seam.confidence:.0%}",
+}
+"""Columns about seams."""
+WORDS = ("seam", "joint", "weld", "joins", "why")  #: Columns of words; numbers are on the right.
+WRAPPED = ("joins", "middle in part, mm", "length mm", "why")
+
+
+def _is_by_hand(seam: Seam) -> bool:
+    return seam.edit is not None and seam.edit.accept == seam.accepted
+
+
+def _table(title: str, seams: Sequence[Seam], columns: Mapping[str, Callable[[Seam], str]]) -> Table:
+    """Return one row per seam."""
+    table = Table(title=title)
+    for heading in columns:
+        table.add_column(heading, justify="left" if heading in WORDS else "right", no_wrap=heading not in WRAPPED)
+    for seam in seams:
+        table.add_row(*(cell(seam) for cell in columns.values()))
+    return table
+
+
 def seams_table(
     seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] | None = None, *, with_gaps: bool = True
 ) -> Table:
@@ -58,30 +91,17 @@ def seams_table(
 
     `u95_mm`: shape (frames,). The predicted 95 % error at every frame of each seam, mm; its largest value is shown.
     """
-    table = Table(title=title)
-    for heading in ("seam", "joint", "weld"):
-        table.add_column(heading, no_wrap=True)
-    table.add_column("joins")
-    table.add_column("middle in part, mm", justify="right")
-    for heading in ("length mm", "points", *(["gap mm"] if with_gaps else [])):
-        table.add_column(heading, justify="right", no_wrap=heading != "length mm")
-    table.add_column("sure", justify="right", no_wrap=True)
+    columns = {heading: cell for heading, cell in CELLS.items() if with_gaps or heading != "gap mm"}
     if u95_mm is not None:
-        table.add_column("95 % mm", justify="right", no_wrap=True)
-    for row, seam in enumerate(seams):
-        if not seam.accepted:
-            continue
-        cells = [seam.name, seam.joint.value, seam.weld.value, " + ".join(seam.solids), _middle(seam), _length(seam)]
-        cells += [str(len(seam.frames)), *([f"{seam.gap_mm[2]:.3f}"] if with_gaps else []), _sure(seam)]
-        if u95_mm is not None:
-            cells.append(f"{u95_mm[row].max():.3f}")
-        table.add_row(*cells)
-    captions = []
+        largest = {id(seam): u95 for seam, u95 in zip(seams, u95_mm, strict=True)}
+        columns["95 % mm"] = lambda seam: f"{largest[id(seam)].max():.3f}"
+    accepted = [seam for seam in seams if seam.accepted]
+    table, captions = _table(title, accepted, columns), []
     wraps = sum(seam.wrap_of is not None and not seam.accepted for seam in seams)
     if wraps:
         ends = "a short end is" if wraps == 1 else f"{wraps} short ends are"
         captions.append(f"{ends} left open; --wrap welds them in one run with the seams beside them")
-    longer = [f"{seam.name} +{seam.more_wire_mm:g} mm" for seam in seams if seam.accepted and seam.more_wire_mm]
+    longer = [f"{seam.name} +{seam.more_wire_mm:g} mm" for seam in accepted if seam.more_wire_mm]
     if longer:
         captions.append(f"These need more wire than usual, the torch stays back by it: {', '.join(longer)}")
     table.caption = "\n".join(captions) or None
@@ -113,44 +133,29 @@ def refused_table(seams: Sequence[Seam]) -> Table:
     """
     from wpcal.core.wording import listed
     from wpcal.seam.judge.doubted import would_be_taken
-    from wpcal.seam.judge.evidence import ASSUMED_MARK
     from wpcal.seam.judge.hiding import gained_words
 
-    table = Table(title="Not taken as welds")
-    for heading in ("seam", "joint", "joins"):
-        table.add_column(heading, no_wrap=heading != "joins")
-    table.add_column("middle in part, mm", justify="right")
-    table.add_column("length mm", justify="right")
-    table.add_column("sure", justify="right", no_wrap=True)
-    table.add_column("why")
-    for seam in seams:
-        if not seam.accepted:
-            cells = [seam.name, seam.joint.value, " + ".join(seam.solids), _middle(seam), _length(seam)]
-            by_hand = ("rejected by hand",) if seam.edit is not None and seam.edit.accept is False else ()
-            why = "; ".join((*by_hand, *seam.against))
-            if ASSUMED_MARK in why:
-                before, _, rest = why.partition(ASSUMED_MARK)
-                assumed, _, after = rest.partition(")")
-                why, table.caption = before + after, f"{ASSUMED_MARK.strip(' (')} {assumed}"
-            table.add_row(*cells, _sure(seam), why)
-    for told in gained_words([seam for seam in seams if not seam.accepted]):
-        table.caption = told if table.caption is None else f"{table.caption}; {told}"
+    refused = [seam for seam in seams if not seam.accepted]
+    shown = ("seam", "joint", "joins", "middle in part, mm", "length mm", "sure")
+    columns = {**{heading: CELLS[heading] for heading in shown}, "why": lambda seam: _why(seam)[0]}
+    table = _table("Not taken as welds", refused, columns)
+    captions = [assumed for _, assumed in map(_why, refused) if assumed][-1:] + list(gained_words(refused))
     more = would_be_taken(seams)
     if more:
-        told = f"only doubted, taken with --generous: {listed(seam.name for seam in more)}"
-        table.caption = told if table.caption is None else f"{table.caption}; {told}"
+        captions.append(f"only doubted, taken with --generous: {listed(seam.name for seam in more)}")
+    table.caption = "; ".join(captions) or None
     return table
 
 
-def _middle(seam: Seam) -> str:
-    """Return where a seam is on the part, to find it there and on the page."""
-    return "" if seam.candidate is None else ", ".join(f"{value + 0.0:.1f}" for value in seam.candidate.middle_mm)
+def _why(seam: Seam) -> tuple[str, str]:
+    """Return why a candidate is not taken, and which torch was assumed for that."""
+    from wpcal.seam.judge.evidence import ASSUMED_MARK
 
-
-def _sure(seam: Seam) -> str:
-    """Return how sure the rules are of what was decided, or that a person decided it."""
-    decided = seam.edit is not None and seam.edit.accept == seam.accepted
-    return "by hand" if decided else f"{seam.confidence:.0%}"
+    by_hand = ("rejected by hand",) if seam.edit is not None and seam.edit.accept is False else ()
+    why = "; ".join((*by_hand, *seam.against))
+    before, mark, rest = why.partition(ASSUMED_MARK)
+    assumed, _, after = rest.partition(")")
+    return before + after, f"{mark.strip(' (')} {assumed}".strip()
 
 
 def members_table(notes: MemberNotes, seams: Sequence[Seam] = ()) -> Table:
@@ -187,7 +192,3 @@ def explained_table(record: Mapping[str, Any]) -> Table:
         table.add_row(f"{one['solid']}: taken for {one['taken_as']}; {'; '.join(one['why'])}", "", "")
     table.add_row(record["chain"][-1], f"{record['score']:.3g}", f"{record['confidence']:.0%}")
     return table
-
-
-def _length(seam: Seam) -> str:
-    return f"{seam.length_mm:.3f}{' closed' if seam.closed else ''}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -71,6 +72,20 @@ class Checked:
     def fails(self, error: str) -> None:
         """Note why it cannot be checked."""
         self.state, self.error = State.NOT_CHECKED, error
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what a person is told of it, one line each."""
+        if self.compared not in (None, DIGITS):
+            yield f"note: {self.name}: compared are {self.compared}"
+        if self.error is not None:
+            yield f"{self.name}: cannot be checked: {self.error}"
+        for one in self.differences[:MOST_SHOWN]:
+            off = f" ({one['off_by']})" if one["off_by"] else ""
+            yield f"{self.name}: {one['where']} is {one['found']}, expected {one['expected']}{off}"
+        if len(self.differences) > MOST_SHOWN:
+            yield f"{self.name}: and {len(self.differences) - MOST_SHOWN} more"
+        if self.unchecked:
+            yield f"note: {self.name}: not checked: {', '.join(self.unchecked)}"
 
     def to_record(self) -> dict[str, Any]:
         """Return it as an entry of the record."""
@@ -360,17 +375,8 @@ def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
         console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     for each in found:
-        if each.compared not in (None, DIGITS):
-            say(f"note: {each.name}: compared are {each.compared}")
-        if each.error is not None:
-            say(f"{each.name}: cannot be checked: {each.error}")
-        for one in each.differences[:MOST_SHOWN]:
-            off = f" ({one['off_by']})" if one["off_by"] else ""
-            say(f"{each.name}: {one['where']} is {one['found']}, expected {one['expected']}{off}")
-        if len(each.differences) > MOST_SHOWN:
-            say(f"{each.name}: and {len(each.differences) - MOST_SHOWN} more")
-        if each.unchecked:
-            say(f"note: {each.name}: not checked: {', '.join(each.unchecked)}")
+        for sentence in each.sentences():
+            say(sentence)
     counts = {state: sum(each.state is state for each in found) for state in State}
     if len(found) == 1:
         say(f"{out}: {found[0].state.value}")

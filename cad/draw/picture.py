@@ -19,7 +19,9 @@ from wpcal.seam import Seam
 VIEWS = (("from the front, left and above", 28.0, -125.0), ("from the front, right and above", 28.0, -35.0))
 """Name, elevation and azimuth in degrees. Hidden edges are visible too; two views a quarter turn apart show what is in
 front."""
-ACCEPTED, REFUSED, EDGES = "#c0392b", "#7d8a97", "#aab2ba"
+STYLES = {True: ("#c0392b", 2.4, "-", "bold"), False: ("#7d8a97", 1.0, "--", "normal")}
+"""Colour, width and kind of the line, and weight of the name: of accepted seams and of the other candidates."""
+EDGES = "#aab2ba"
 MOST_REFUSED_NAMES = 30
 """If more candidates than this were refused, their names are left out: they would cover the part."""
 PIXELS_PER_INCH = 110
@@ -30,7 +32,7 @@ WIDTH_IN, HEIGHT_IN = 16.0, 8.5
 def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
     """Draw a part's edges with its seams in two views.
 
-    Returns bytes. PNG without a time stamp. The same part and the same matplotlib version give the same bytes.
+    Returns: PNG without a time stamp. The same part and the same matplotlib version give the same bytes.
     """
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=PIXELS_PER_INCH)
     start, _, points = edge_polylines(graph)
@@ -51,17 +53,13 @@ def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
 
 def _draw(axes: Any, edges: list[FloatArray], seams: Sequence[Seam]) -> None:
     axes.add_collection3d(Line3DCollection(edges, colors=EDGES, linewidths=0.6))
-    refused = [seam for seam in seams if not seam.accepted]
-    for seam in refused:
-        axes.plot(*seam.frames.p.T, color=REFUSED, linewidth=1.0, linestyle="--")
-    for seam in seams:
-        if seam.accepted:
-            axes.plot(*seam.frames.p.T, color=ACCEPTED, linewidth=2.4)
-    for seam in seams:
-        if seam.accepted or len(refused) <= MOST_REFUSED_NAMES:
-            p = seam.frames.p[len(seam.frames) // 2]
-            colour = ACCEPTED if seam.accepted else REFUSED
-            axes.text(*p, seam.name, fontsize=8, color=colour, fontweight="bold" if seam.accepted else "normal")
+    names_refused = sum(not seam.accepted for seam in seams) <= MOST_REFUSED_NAMES
+    for seam in sorted(seams, key=lambda seam: seam.accepted):  # the accepted ones over the others
+        colour, width, line, weight = STYLES[seam.accepted]
+        axes.plot(*seam.frames.p.T, color=colour, linewidth=width, linestyle=line)
+        if seam.accepted or names_refused:
+            middle = seam.frames.p[len(seam.frames) // 2]
+            axes.text(*middle, seam.name, fontsize=8, color=colour, fontweight=weight)
     _fit(axes, np.concatenate([*edges, *(seam.frames.p for seam in seams)]))
     axes.set_axis_off()
 

@@ -80,7 +80,7 @@ class SharedSeams:
         """Say what a solid or a member is, find the seams anew, and keep that in the file.
 
         `word`: As in `SaidMember`, or ``weld`` or ``not`` for a solid, or ``rules``: nothing is said about it any more.
-        Returns dict. As `decide`, and ``members`` and ``judging``.
+        Returns: As `decide`, and ``members`` and ``judging``.
 
         Raises `InputError` if there is no such member, or decisions about seams do not fit the seams that are found
         then.

@@ -265,18 +265,20 @@ class Front:
         kind, rest, running = line[:1], line[1:], self._running
         if not line:
             self._bury(worker)
-        elif kind == BEGUN and running is not None:
-            running.has_begun = True
         elif kind == KNOWN:
             self._keep(json.loads(rest))
-        elif kind == PROGRESS and running is not None:
+        elif running is None:
+            return
+        elif kind == BEGUN:
+            running.has_begun = True
+        elif kind == PROGRESS:
             running.step = json.loads(rest)["progress"]["text"]
             self._write(rest)
-        elif kind == FINAL and running is not None:
+        elif kind == FINAL:
             running.is_final = True
             if running.is_cancelled:  # it came too late
                 running.is_cancelled, running.ends_at = False, time.monotonic() + self._limits.time_s
-        elif kind in (ANSWER, CANCELLED) and running is not None:
+        elif kind in (ANSWER, CANCELLED):
             self._answer(rest, is_cancelled=kind == CANCELLED)
 
     def _keep(self, part: dict[str, Any]) -> None:

@@ -15,6 +15,13 @@ from wpcal.core.errors import InputError
 from wpcal.core.wording import shown
 
 _NUMBER, _WHOLE, _TRUTH, _TEXT = "number", "integer", "boolean", "string"
+_TAKEN: Mapping[str, tuple[str, tuple[type[Any], ...]]] = {
+    _TRUTH: ("true or false", ()),
+    _TEXT: ("a text", (str,)),
+    _NUMBER: ("a number", (int, float)),
+    _WHOLE: ("a whole number", (int, float)),
+}
+"""What each type is called, and the values of JSON that it takes; true and false are told apart before."""
 
 
 def name_of(option: click.Option) -> str:
@@ -47,35 +54,25 @@ def words_of(options: Iterable[click.Option], values: Mapping[str, Any]) -> list
             hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
             raise InputError(f"options: {shown(name)} is unknown; {hint}")
         option = known[name]
-        if option.multiple and value is not None and not isinstance(value, list):
+        is_list = option.multiple and value is not None
+        if is_list and not isinstance(value, list):
             raise InputError(f"options: {name}: expected a list, got {shown(value)}")
-        for each in value if option.multiple and value is not None else [value]:
+        for each in value if is_list else [value]:
             words += _words(option, name, each)
     return words
 
 
-def _words(option: click.Option, name: str, value: object) -> list[str]:
+def _words(option: click.Option, name: str, value: Any) -> list[str]:
     flag, kind = f"--{name.replace('_', '-')}", _type_of(option)
     is_flag_alone = kind == _TRUTH or option._flag_needs_value
     if value is None or (value is False and is_flag_alone):
         return []
     if value is True and is_flag_alone:
         return [flag]
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, int | float | str)
-        or isinstance(value, str) != (kind == _TEXT)
-        or kind == _TRUTH
-    ):
-        raise _wrong(name, kind, value)
-    if kind == _WHOLE and float(value) != int(value):
-        raise _wrong(name, kind, value)
+    expected, types = _TAKEN[kind]
+    if isinstance(value, bool) or not isinstance(value, types) or (kind == _WHOLE and value != int(value)):
+        raise InputError(f"options: {name}: expected {expected}, got {shown(value)}")
     return [f"{flag}={int(value) if kind == _WHOLE else value}"]
-
-
-def _wrong(name: str, kind: str, value: object) -> InputError:
-    expected = {_TRUTH: "true or false", _TEXT: "a text", _NUMBER: "a number", _WHOLE: "a whole number"}[kind]
-    return InputError(f"options: {name}: expected {expected}, got {shown(value)}")
 
 
 def _type_of(option: click.Option) -> str:

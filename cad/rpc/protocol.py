@@ -44,12 +44,7 @@ def takes_handle(method: str) -> bool:
 
 
 def check_request(request: Request) -> None:
-    """Refuse a request whose method is unknown, or whose params are not as its schema says.
-
-    Raises
-    ------
-    MessageFaultError
-    """
+    """Raise `MessageFaultError` if the method is unknown, or the params are not as its schema says."""
     if request.method not in method_names():
         what = f"{printable(request.method[:100])}: no such method; known: {', '.join(method_names())}"
         raise MessageFaultError(what, id=request.id, kind="UnknownMethod")

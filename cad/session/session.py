@@ -137,10 +137,9 @@ class PickSession:
         body, or as in `wpcal.touch.advice.advise`.
         """
         choice = self.moving.to_options(self.groups)
-        if "kind" in rows.columns and choice is None:
-            raise InputError("points are suggested for tables without a column kind")
-        if "feature" not in rows.columns and choice is None:
-            raise InputError("points are suggested for tables with a column feature")
+        if choice is None and ("kind" in rows.columns or "feature" not in rows.columns):
+            what = "without a column kind" if "kind" in rows.columns else "with a column feature"
+            raise InputError(f"points are suggested for tables {what}")
         features = self.part.workpiece.features
         have, others = _named_in(rows, features)
         taken = {feature.name for feature in (*have, *others)}
@@ -203,7 +202,7 @@ def _named_in(
 def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
     """Return what the page needs to know of an error.
 
-    Returns dict. ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
+    Returns: ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
     """
     record: dict[str, Any] = {"message": _one_line(str(error)), "code": str(error.code), "row": None, "column": None}
     if rows is None or not isinstance(error, FormatError) or error.path or not error.line:

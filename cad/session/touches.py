@@ -32,7 +32,7 @@ MODEL_DIGITS = 4  #: Decimals of mm in the table: a click on the screen is known
 def touch_on_face(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
     """Return what a click on the part touches.
 
-    Returns dict. ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
+    Returns: ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
 
     `point`, `normal`: shape (3,). Of the triangle that was clicked, in `part`, mm.
     Raises `InputError` when a table could not say which face is meant: near the border of the face, or where two solids

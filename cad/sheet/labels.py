@@ -32,7 +32,7 @@ class Label:
 def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box, *, avoid: FloatArray) -> list[Label]:
     """Find a place for every label, one after the other, starting with the most crowded point.
 
-    Returns list of Label. In the order of the points.
+    Returns: In the order of the points.
 
     `p`: shape (m, 2). The points on paper, mm.
     `sizes`: shape (m, 2). Width and height of each label, mm.

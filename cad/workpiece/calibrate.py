@@ -229,10 +229,8 @@ def calibrate_files(
     The files are ``calibration.json``, ``seams.json``, ``seams.csv``, ``PART.calibrated.step``, ``part.glb`` and
     ``report.html``.
 
-    Raises
-    ------
-    InputError : As in `calibrate_workpiece`, or when the folder cannot be written. In both cases nothing is written.
-    KernelError : When the kernel fails.
+    Raises `InputError` as `calibrate_workpiece`, or when the folder cannot be written. Then nothing is written.
+    Raises `KernelError` when the kernel fails.
     """
     from wpcal.pages.report import build_report
 

@@ -132,7 +132,7 @@ def prepare_fit(
 ) -> Observed:
     """Find what every taught row lies on.
 
-    Raises `FormatError` naming the row whose feature or face the part does not have.
+    Raises `FormatError` that names the row whose feature or face the part does not have.
     """
     features = workpiece.features
     if not taught.has_touches:

@@ -27,7 +27,7 @@ def write_moved(
 ) -> tuple[Issue, ...]:
     """Write a moved STEP file; parameters, result and errors as in `write_moved_step`.
 
-    T_part_moved: ndarray, shape (solids, 4, 4).
+    `T_part_moved`: shape (solids, 4, 4).
     """
     if file.cache.kernel:
         from cad.step.write import write_moved_step

@@ -155,23 +155,22 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
     for name in flags.formats:
         if controller_named(name).name not in known:
             raise InputError(f"{name} has no {what} programs of two robots; these have: {', '.join(known)}")
-    if asked.joints and flags.arc.arc == "on":
-        raise InputError("programs of joint moves have no arc instructions: leave out --joints, or --arc on")
-    if flags.path.every_point:
-        raise InputError("two robots in coordinated motion have lines and arcs: use --joints for every point")
-    if flags.controller.templates is not None:
-        raise InputError("programs of two robots have no templates: leave out --template")
-    if flags.controller.configurations:
-        raise InputError(
-            "programs of two robots have the joints of the plan, or configurations that follow from them: leave out "
-            "--config"
-        )
-    if flags.arc.choice.tacks.value == "only":
-        raise InputError("a plan of two robots is one bead along the whole seam: leave out --tacks only")
-    if flags.arc.choice.weave.value == "points":
-        raise InputError("a plan of two robots has no weave of points: leave out --weave points")
-    if flags.arc.choice.overlap_mm:
-        raise InputError("a plan of two robots ends a closed seam where it starts: leave out --overlap-mm")
+    choice = flags.arc.choice
+    refused = {
+        "programs of joint moves have no arc instructions: leave out --joints, or --arc on": (
+            asked.joints and flags.arc.arc == "on"
+        ),
+        "two robots in coordinated motion have lines and arcs: use --joints for every point": flags.path.every_point,
+        "programs of two robots have no templates: leave out --template": flags.controller.templates is not None,
+        "programs of two robots have the joints of the plan, or configurations that follow from them: leave out "
+        "--config": flags.controller.configurations,
+        "a plan of two robots is one bead along the whole seam: leave out --tacks only": choice.tacks.value == "only",
+        "a plan of two robots has no weave of points: leave out --weave points": choice.weave.value == "points",
+        "a plan of two robots ends a closed seam where it starts: leave out --overlap-mm": choice.overlap_mm,
+    }
+    for why, is_asked in refused.items():
+        if is_asked:
+            raise InputError(why)
 
 
 @dataclass(frozen=True, slots=True)

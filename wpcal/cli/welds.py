@@ -161,7 +161,7 @@ def welds(
     find = partial(find_welds, *of, part_glb=finished.part_glb, names=names, stated_in=stated.source)
     found = find(stated=stated.welds)
     record = welds_record(found.welds, (*found.left, *found.not_chosen), table)
-    page = None
+    written: list[tuple[Path, str]] = []
     if html is not None:
         from wpcal.pages.welds import build_welds_page
 
@@ -169,15 +169,15 @@ def welds(
         plain = find(stated=[replace(one, user={}) for one in stated.welds])
         ruled = welds_record(plain.welds, (), table)
         page = build_welds_page(record, ruled, chosen, folder=folder.name or str(folder), command=command)
+        written.append((html, page))
+    if write_rules is not None:
+        written.append((write_rules, shipped_text()))
+    if write_xmcf is not None:
+        written.append((write_xmcf, xmcf_text(chosen.seams, finished.T_base_part.inverse(), found.by_seam())))
     if output is not None:
         write_file(output, to_json(record), overwrite=True)
-    if page is not None and html is not None:
-        write_file(html, page.encode("utf-8"), overwrite=force)
-    if write_rules is not None:
-        write_file(write_rules, shipped_text(), overwrite=force)
-    if write_xmcf is not None:
-        text = xmcf_text(chosen.seams, finished.T_base_part.inverse(), found.by_seam())
-        write_file(write_xmcf, text, overwrite=force)
+    for path, text in written:
+        write_file(path, text, overwrite=force)
     notes = [*found.notes, *stated.notes]
     if found.not_chosen:
         what = "not accepted or not chosen; values are kept under without_seam"

@@ -29,11 +29,10 @@ def find_earlier_jobs(folder: Path, written: Collection[str]) -> EarlierJobs:
     if not folder.is_dir():
         return EarlierJobs((), ())
     suffixes = {Path(name).suffix.lower() for name in written}
-    there = {path.name: path for path in sorted(folder.iterdir()) if path.is_file() and not path.is_symlink()}
-    kept = {name: path for name, path in there.items() if name not in written and path.suffix.lower() in suffixes}
-    called = {name for one in written if one in there for name in _called_by(there[one])}
-    ours = tuple(name for name in kept if name in called)
-    return EarlierJobs(ours, tuple(name for name in kept if name not in called))
+    there = {path.name for path in folder.iterdir() if path.is_file() and not path.is_symlink()}
+    kept = {name for name in there.difference(written) if Path(name).suffix.lower() in suffixes}
+    called = {name for one in there.intersection(written) for name in _called_by(folder / one)}
+    return EarlierJobs(tuple(sorted(kept & called)), tuple(sorted(kept - called)))
 
 
 def _called_by(path: Path) -> set[str]:

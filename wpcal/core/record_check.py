@@ -144,7 +144,7 @@ class _Schema:
         if alternatives:
             return _any_of([self.check_for(one, field) for one in alternatives])
         if "enum" in schema or "const" in schema:
-            return _one_of(schema["enum"] if "enum" in schema else [schema["const"]])
+            return _one_of(schema.get("enum", [schema.get("const")]))
         kinds = schema.get("type")
         if isinstance(kinds, list):
             return _any_of([self.check_for({**schema, "type": kind}, field) for kind in kinds])

@@ -65,7 +65,7 @@ def zyx_angles(R: ArrayLike) -> FloatArray:
     """Return the angles of many rotation matrices, as `zyx_from_rotation` does for one.
 
     `R`: shape (..., 3, 3). Rotation matrices.
-    Returns ndarray, shape (..., 3). Angles alpha, beta, gamma about x, y, z, rad.
+    Returns shape (..., 3). Angles alpha, beta, gamma about x, y, z, rad.
     """
     m = np.asarray(R, dtype=np.float64)
     cos_beta = np.sqrt(m[..., 0, 0] ** 2 + m[..., 1, 0] ** 2)
@@ -115,7 +115,7 @@ def quaternion_from_rotation(R: ArrayLike) -> FloatArray:
     """Return unit quaternions x, y, z, w with w >= 0.
 
     `R`: shape (..., 3, 3). Rotation matrices.
-    Returns ndarray, shape (..., 4). Where w is 0 (a half turn) the first non-zero of x, y, z is positive.
+    Returns shape (..., 4). Where w is 0 (a half turn) the first non-zero of x, y, z is positive.
     """
     m = np.asarray(R, dtype=np.float64)
     flat = m.reshape(-1, 3, 3)

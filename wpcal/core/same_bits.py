@@ -51,8 +51,8 @@ def solve(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     Returns `x`: ndarray, shape (n, k, m). Infinite or NaN where a system is singular.
     Returns `det`: ndarray, shape (n,). Absolute values of the determinants.
 
-    `A`: ndarray, shape (n, k, k).
-    `b`: ndarray, shape (n, k, m).
+    `A`: shape (n, k, k).
+    `b`: shape (n, k, m).
     """
     n, k = len(A), A.shape[1]
     M = np.concatenate([A, b], axis=2)

@@ -52,7 +52,7 @@ def point_jacobian(points: ArrayLike) -> FloatArray:
     """Derivative of moved points with respect to xi at xi = 0: ``[-[p]×, I]``.
 
     `points`: shape (..., 3). Points in the target frame of T, mm.
-    Returns ndarray, shape (..., 3, 6). Columns: omega (mm per rad), then v (mm per mm).
+    Returns shape (..., 3, 6). Columns: omega (mm per rad), then v (mm per mm).
     """
     p = np.asarray(points, dtype=np.float64)
     J = np.zeros((*p.shape, 6))
@@ -68,7 +68,7 @@ def translation_adjoint(pivot: ArrayLike) -> FloatArray:
     Robotics, 2017, section 3.3.2, where the order of the six is the one used here).
 
     `pivot`: shape (3,). In the target frame of T, mm.
-    Returns ndarray, shape (6, 6). A covariance C about the pivot is ``A C Aᵀ`` about the origin.
+    Returns shape (6, 6). A covariance C about the pivot is ``A C Aᵀ`` about the origin.
 
     A turn about an axis along z at x = 100 mm carries the origin along -y:
 

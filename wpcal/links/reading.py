@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,6 +89,11 @@ def credentials_of_environment(host: str) -> tuple[str, str]:
     return user, password
 
 
+HOST_PORT = re.compile(r"(?P<host>[^\s/@?#:]+|[^\s/@?#:]*:[^\s/@?#:]*:[^\s/@?#]*)(?::(?P<port>[0-9]{0,5}))?")
+"""An address with several colons is one of IPv6, without a port."""
+KEYS = ("tool", "frame", "pin", "unit", "arm")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Address:
     """Where a controller is, and what must be active on it: ``HOST[:PORT][,tool=7][,frame=2][,KEY=VALUE]``."""
@@ -104,15 +110,13 @@ class Address:
     def parse(cls, text: str) -> Address:
         """Return the address that a text is. Raises `LinkError` when it is none."""
         place, *words = [word.strip() for word in text.split(",")]
-        host, _, port = place.rpartition(":") if place.count(":") == 1 else (place, "", "")
+        found = HOST_PORT.fullmatch(place)
         given = dict(word.split("=", 1) for word in words if word.count("=") == 1)
-        known = ("tool", "frame", "pin", "unit", "arm")
-        expected = f"expected HOST[:PORT] and {', '.join(f'{key}=…' for key in known)} behind commas"
-        if not host or any(c.isspace() or c in "/@?#" for c in host) or not set(given) <= set(known):
+        is_sound = len(given) == len(words) and set(given) <= set(KEYS)
+        if not is_sound or found is None or not 0 < int(found["port"] or 1) < 65536:
+            expected = f"expected HOST[:PORT] and {', '.join(f'{key}=…' for key in KEYS)} behind commas"
             raise LinkError(f"{text!r} is not the address of a robot; {expected}")
-        if len(given) < len(words) or (port and not (port.isdecimal() and len(port) < 6 and 0 < int(port) < 65536)):
-            raise LinkError(f"{text!r} is not the address of a robot; {expected}")
-        return cls(host=host, port=int(port) if port else None, **given)
+        return cls(host=found["host"], port=int(found["port"]) if found["port"] else None, **given)
 
 
 def pose(values: Sequence[str | float], *, target: str = "base", source: str = "tool") -> RigidTransform:

@@ -24,7 +24,7 @@ WIRE_MM = 26.0  #: Drawn length of the wire, from its tip back: the usual stick-
 def build_cell_page(cell: Cell) -> str:
     """Return the page of a cell at home: what its file describes, and what is odd in it.
 
-    Returns str. A self-contained HTML file, the same for the same cell.
+    Returns: A self-contained HTML file, the same for the same cell.
     """
     two = cell.has_two_robots
     pose = "all joints at zero, or at the limit that is nearest to zero" if two else "all axes at home"

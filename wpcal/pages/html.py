@@ -35,8 +35,8 @@ def build_page(
 ) -> str:
     """Return a page with its data, scripts and styles. HTML, the same for the same arguments.
 
-    `blobs`: mapping of str to bytes, optional. Larger data, which the page stores deflated (GLB files are packed
-    first). The script gets them from ``readBlob(name)`` or ``readJsonBlob(name)``.
+    `blobs`: Larger data, which the page stores deflated (GLB files are packed first). The script gets them from
+    ``readBlob(name)`` or ``readJsonBlob(name)``.
     """
     styles = [_bundle(f"{entry}.css")]
     scripts = [_bundle("viewer.js"), _bundle(f"{entry}.js")]

@@ -21,7 +21,7 @@ UNSIGNED = {5120: "<u1", 5123: "<u2", 5125: "<u4"}
 def pack_glb(data: bytes) -> bytes:
     """Return the length and text of the JSON chunk, then the numbers of every accessor, column by column.
 
-    Returns bytes. Input for `zlib.compress`.
+    Returns: Input for `zlib.compress`.
     Raises `ValueError` if `data` is not a GLB file.
     """
     document, text, binary = glb_chunks(data)

@@ -48,8 +48,8 @@ def build_plan_page(
 
     Raises `InputError` if there is no run, the runs are of different seams, or `chosen` is not one of their rows.
 
-    `part_glb`: bytes, optional. The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them
-    the page draws the part's collision bodies.
+    `part_glb`: The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the page draws
+    the part's collision bodies.
     """
     if not 0 <= chosen < len(runs) or len({run.plan.seam for run in runs}) != 1:
         raise InputError(

@@ -33,8 +33,8 @@ def build_report(calibration: dict[str, Any], seams: dict[str, Any], part_glb: b
 
     Raises `FormatError` if a record lacks a field, or `part_glb` is not a mesh of wpcal.
 
-    `part_glb`: bytes, optional. The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them
-    the view shows only seams and points.
+    `part_glb`: The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows
+    only seams and points.
     """
     try:
         heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]

@@ -20,7 +20,7 @@ BODY = """
 def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name: str) -> str:
     """Return the page that shows seams on their part, in the part's own frame.
 
-    Returns str. A self-contained HTML file, the same for the same record.
+    Returns: A self-contained HTML file, the same for the same record.
 
     `part_glb`: The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows
     only seams.

@@ -33,7 +33,7 @@ def build_touches_page(
     """Return the page that shows a plan of touches, in the part's own frame.
 
     `seams`: By name: points along each seam in `part`, mm, shape (n, 3).
-    Returns str. A self-contained HTML file, the same for the same plan.
+    Returns: A self-contained HTML file, the same for the same plan.
     """
     given = setup or TouchSetup()
     borders = border_mm or {}

@@ -50,7 +50,7 @@ def build_welds_page(
 ) -> str:
     """Return the page that shows and edits weld data, in the part's own frame.
 
-    Returns str. A self-contained HTML file, the same for the same record.
+    Returns: A self-contained HTML file, the same for the same record.
     """
     by_name = {seam.name: seam for seam in chosen.seams}
     given = {weld["name"]: {"values": weld["values"], "origin": weld["origin"]} for weld in rules["welds"]}

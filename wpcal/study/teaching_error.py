@@ -124,8 +124,8 @@ def run_error_study(
 
     `p_part`: shape (n, 3). Reference points of the model, mm.
     `teaching`: What is stated of robot and tool: for the error budget, not for the trials.
-    `fitted`: callable, optional. Takes the chunks, and yields the first trial and the errors (trials,) in mm of each,
-    in any order. By default they are fitted here, one after another.
+    `fitted`: Takes the chunks, and yields the first trial and the errors (trials,) in mm of each, in any order. By
+    default they are fitted here, one after another.
     """
     bound_mm, trials, seed = options.bound_mm, options.trials, options.seed
     rng = np.random.default_rng(seed)

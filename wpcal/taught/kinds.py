@@ -16,12 +16,10 @@ from wpcal.calibrate.observe.targets import TargetKind
 class TouchKind(Enum):
     """What a row was touched on.
 
-    Attributes
-    ----------
-    value : str. The word in the file.
-    target : TargetKind. What the fit measures the distance to.
-    surfaces : tuple of SurfaceKind. Surfaces of the faces that are meant; empty for points and edges.
-    is_inside : bool. Whether only the inner wall of such a surface is meant.
+    `value`: The word in the file.
+    `target`: What the fit measures the distance to.
+    `surfaces`: Of the faces that are meant; empty for points and edges.
+    `is_inside`: Whether only the inner wall of such a surface is meant.
     """
 
     POINT = "point", TargetKind.POINT  #: A corner or the centre of a hole: the tip was at the feature itself.

@@ -127,7 +127,7 @@ class SetSearch:
     ) -> tuple[IntArray, FloatArray]:
         """Exchange single members until none makes the error smaller, from several starts; a given one comes first.
 
-        `start`: ndarray of int, shape (n,), optional.
+        `start`: shape (n,), optional.
         """
         best = _Shortlist(n)
         free = np.setdiff1d(np.arange(self.count), held)

@@ -307,7 +307,7 @@ def advise_touches(
 ) -> MovedAdvice:
     """Choose touches on plane faces that lower the largest error of the seams of a weldment most.
 
-    Returns MovedAdvice. The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
+    Returns: The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
 
     `p_part`, `normal_part`: shape (n, 3). Places that may be touched, and outward normals there; `part`, mm.
     `body`: length n. The body of each place. A body turns about the middle of its places.

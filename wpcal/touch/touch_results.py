@@ -113,7 +113,7 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
 def require_enough(plan: TouchPlan, paired: PairedTouches) -> None:
     """Refuse a run that left out so many searches that the others cannot hold the part.
 
-    Raises `FormatError` names what was left out.
+    Raises `FormatError` that names what was left out.
     """
     used = set(paired.taught.names)
     numbers = sum(NUMBERS.get(search.target, 1) for search in plan.searches if search.name in used)

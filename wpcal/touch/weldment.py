@@ -298,7 +298,7 @@ class MovedSearch:
     ) -> tuple[list[int], float]:
         """Return few touches after which no seam point's error exceeds the tolerance, with 95 % probability.
 
-        `start`: ndarray, shape (m, m).
+        `start`: shape (m, m).
         Returns `chosen`: list of int. If no number reaches it, few that are nearly as good as all, `most` at most.
         Returns `error_mm`: float. What they reach.
         """
@@ -330,8 +330,8 @@ class MovedSearch:
     def errors_after(self, start: FloatArray, order: Sequence[int]) -> FloatArray:
         """Return the errors of the seam points before the first touch, and after each in an order.
 
-        `start`: ndarray, shape (m, m).
-        Returns ndarray, shape (n + 1, k). mm.
+        `start`: shape (m, m).
+        Returns shape (n + 1, k). mm.
         """
         return np.stack([self.errors_with(start, order[:count]) for count in range(len(order) + 1)])
 
@@ -360,7 +360,7 @@ def inverse(information: FloatArray) -> FloatArray:
 def deciding_points(points: MeetingPoints) -> IntArray:
     """Return seam points among which the largest error is: far from one another, of every two bodies that meet.
 
-    Returns ndarray of int, shape (k,).
+    Returns shape (k,).
     """
     pairs, which = np.unique(np.column_stack([points.wall_body, points.base_body]), axis=0, return_inverse=True)
     each = max(2, min(PER_PAIR, MOST_SEAM_POINTS // max(len(pairs), 1)))

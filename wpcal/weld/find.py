@@ -56,8 +56,8 @@ def find_welds(
 ) -> FoundWelds:
     """Find the weld of every seam.
 
-    `positions`: mapping, optional. By the name of the seam: its weld position and the file that says so, where a robot
-    turns the part. Without it the position is that of the seam in `base`.
+    `positions`: By the name of the seam: its weld position and the file that says so, where a robot turns the part.
+    Without it the position is that of the seam in `base`.
     Raises `InputError` if a weld that was written by hand names a seam that is not there, or values contradict each
     other.
     """
@@ -66,12 +66,9 @@ def find_welds(
     paired = pair(stated, [*places.items()])
     left = tuple(one for one in paired.left if one.is_telling)
     notes = [*paired.notes, *(f"{one.name} has no seam now; its values are kept under without_seam" for one in left)]
-    chosen = [seam for seam in seams if names is None or seam.name in names]
-    not_chosen = [
-        paired.welds[name]
-        for name in places
-        if name in paired.welds and name not in (places if names is None else names)
-    ]
+    wanted = places if names is None else names
+    chosen = [seam for seam in seams if seam.name in wanted]
+    not_chosen = [paired.welds[name] for name in places if name in paired.welds and name not in wanted]
     mesh = None if part_glb is None else read_part_glb(part_glb)
     material = None if mesh is None else TriangleMaterial.of(mesh, T_base_part)
     welds = []

@@ -21,11 +21,11 @@ def merge_stated(
     second gives the value back to the rules.
     """
     rows = [pair(stated, places) for stated in (first, second)]
-    merged, notes = [], []
+    merged, notes = list[StatedWeld](), list[str]()
     for name, _ in places:
         old, new = (found.welds.get(name) for found in rows)
         if old is None or new is None:
-            merged += [one for one in (old, new) if one is not None]
+            merged += filter(None, (old, new))
             continue
         merged.append(_added(old, new))
         notes += [f"{name}: {change}" for change in _changes(old, new)]

@@ -116,7 +116,7 @@ def laid_runs(
 
 
 def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
-    """Return the runs of a weld in the order of welding. `u95_mm`: ndarray, shape (n,), optional."""
+    """Return the runs of a weld in the order of welding. `u95_mm`: shape (n,), optional."""
     beads: tuple[Bead | None, ...] = weld.beads or (None,)
     runs = []
     for bead in beads:
@@ -137,7 +137,7 @@ def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
 def tack_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
     """Return the tack welds of a seam in their order. They have the values of the weld, but no weave.
 
-    `u95_mm`: ndarray, shape (n,), optional.
+    `u95_mm`: shape (n,), optional.
     """
     plain = replace(weld, values=replace(weld.values, weave=None, weave_data=None))
     leaning = replace(seam, lean_rad=_leans(seam, weld, None))
@@ -205,7 +205,7 @@ def runs_of_seam(
 ) -> tuple[Seam, FloatArray | None]:
     """Cut a stretch out of a seam. Between two frames the position is on the chord, and the axes turn evenly.
 
-    `u95_mm`: ndarray, shape (n,), optional.
+    `u95_mm`: shape (n,), optional.
     Returns `seam`: Seam. Open, with lengths from its own start.
     Returns `u95_mm`: ndarray or None. At its frames.
     """

@@ -86,7 +86,7 @@ class LinearFit:
 def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
     """Covariance of ξ for the least-squares fit of points, shape (n, 3), that are all off by `sigma_mm` per axis.
 
-    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
+    Returns shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     to_origin = translation_adjoint(p_base.mean(axis=0))
     return np.asarray(sigma_mm**2 * (to_origin @ LinearFit.of_points(p_base).touching @ to_origin.T))

@@ -70,7 +70,7 @@ class MeetingErrors:
 def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
     """Differentiate points by the motions of `BodiesFit.covariance`.
 
-    Returns ndarray, shape (n, 3, 6 + 6 b + k). In `base`, mm per rad and per mm.
+    Returns shape (n, 3, 6 + 6 b + k). In `base`, mm per rad and per mm.
     """
     T, n = motions.T_base_part, len(points.p_part)
     A = np.stack([points.n_wall, points.n_base, points.x], axis=1)
@@ -143,7 +143,7 @@ def joint_error(J: FloatArray, covariance: FloatArray, rest: FloatArray | None =
 def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     """Return the 95 % errors of the gaps between the bodies of the wall and the faces of the base.
 
-    Returns ndarray, shape (n,). A gap is off by more, to either side, with 5 % probability; mm.
+    Returns shape (n,). A gap is off by more, to either side, with 5 % probability; mm.
     """
     by_wall, by_base = (_by_motions(fit.motions, body, points.p_part) for body in (points.wall_body, points.base_body))
     flat = np.einsum("ni,nij->nj", points.n_base, by_wall - by_base)

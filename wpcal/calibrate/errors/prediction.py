@@ -297,7 +297,7 @@ def length_quantile(
 
     `covariances`: shape (k, 3, 3). mm².
     `degrees_of_freedom`: Behind the scale of the covariances, shape (k,) or one for all.
-    Returns ndarray, shape (k,). mm.
+    Returns shape (k,). mm.
     """
     trace, m = _satterthwaite(covariances)
     return frozen(np.sqrt(np.maximum(trace, 0.0) * _square_quantile(m, level, degrees_of_freedom)))

@@ -29,7 +29,7 @@ def find_kept_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: fl
     """Find where plane faces of two bodies lie on each other.
 
     `face_body`: shape (F,). The body of every face; -1: it does not move.
-    Returns KeptContacts. Three or four points for each pair of faces, at the ends of the overlap.
+    Returns: Three or four points for each pair of faces, at the ends of the overlap.
     """
     face, at, normal = _plane_faces(trimmed)
     i, j = _facing(trimmed, face, at, normal, gap_mm)

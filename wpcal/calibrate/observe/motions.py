@@ -109,9 +109,9 @@ class Motions:
     def displacement_jacobian(self, body: IntArray, p_part: FloatArray) -> FloatArray:
         """Differentiate moved points of bodies by the motion (ω, v) of the own body.
 
-        `body`: ndarray of int, shape (n,).
+        `body`: shape (n,).
         `p_part`: shape (n, 3). In the model.
-        Returns ndarray, shape (n, 3, 6). Of points in `part`, mm per rad and per mm.
+        Returns shape (n, 3, 6). Of points in `part`, mm per rad and per mm.
         """
         J = point_jacobian(self.apply(body, p_part) - self.bodies.centroid_part[body] - self.v_mm[body])
         J[:, :, :3] = J[:, :, :3] @ left_jacobian(self.omega)[body]
@@ -120,7 +120,7 @@ class Motions:
     def jacobian(self, body: IntArray, p_part: FloatArray) -> FloatArray:
         """Differentiate moved points by the motions of all bodies and the amplitudes of bending.
 
-        Returns ndarray, shape (n, 3, 6 b + k). Of points in `part`, mm per rad and per mm.
+        Returns shape (n, 3, 6 b + k). Of points in `part`, mm per rad and per mm.
 
         `body`: shape (n,). -1: a point that belongs to no body. `p_part`: shape (n, 3). In the model.
         """

@@ -50,19 +50,19 @@ class TouchTargets(Protocol):
     def rough_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
         """Estimate how far balls are from touching their targets; a distance beyond the end of a target counts as well.
 
-        Returns ndarray, shape (m,). mm.
+        Returns shape (m,). mm.
 
-        `rows`: ndarray of int, shape (m,).
+        `rows`: shape (m,).
         `points`: shape (m, 3). Centres of the balls in `part`, mm.
-        `radius_mm`: ndarray, shape (m,).
+        `radius_mm`: shape (m,).
         """
 
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:
         """Return how far the nearest points lie beyond the border of their face or edge.
 
-        `rows`: ndarray of int, shape (m,).
+        `rows`: shape (m,).
         `points`: shape (m, 3). In `part`, mm.
-        Returns ndarray, shape (m,). mm; 0 within the border.
+        Returns shape (m,). mm; 0 within the border.
         """
 
     def joined(self, other: Any) -> tuple[TouchTargets, int]:
@@ -169,7 +169,7 @@ class Touches:
         """Residuals at poses ``T_base_part``, and how they change with a small motion of the part.
 
         `R`, `t`: shapes (..., 3, 3), (..., 3). One pose, or many at once.
-        Returns Linearised. With the same leading axes.
+        Returns: With the same leading axes.
         """
         x = (self.p_base - t[..., None, :]) @ R
         many = x.reshape(-1, 3)
@@ -210,11 +210,7 @@ class Linearised:
         """Derivative of the residuals by the small motion (ω, v) about `pivot`.
 
         `pivot`: shape (3,). In `base`, mm.
-
-        Returns
-        -------
-        ndarray, shape (..., n, 3, 6)
-            -A [-[c - pivot]×, I].
+        Returns shape (..., n, 3, 6). -A [-[c - pivot]×, I].
         """
         return np.asarray(-self.A @ point_jacobian(self.centre - pivot))
 

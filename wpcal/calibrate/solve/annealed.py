@@ -117,7 +117,7 @@ def largest_distance_cost(p: FloatArray, q: FloatArray) -> Cost:
     """Return the cost of Yin 2003, eq. (5), of many states at once.
 
     `p`, `q`: shape (n, 3). Source and target points, mm.
-    Returns callable. States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
+    Returns: States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
     """
     p_rows = np.ascontiguousarray(p, dtype=np.float64)
     q_columns = np.ascontiguousarray(np.asarray(q, dtype=np.float64).T)[:, :, None]

@@ -260,7 +260,7 @@ class Problem:
 def touched_poses(touches: Touches, body: IntArray, motions: Motions) -> tuple[FloatArray, FloatArray]:
     """Return from the model to the base at every touch: of its body, or of the cross-section of one that bends.
 
-    `body`: ndarray of int, shape (n,).
+    `body`: shape (n,).
     Returns tuple of ndarray, shapes (n, 3, 3) and (n, 3).
     """
     if len(motions.bodies.bends) == 0:

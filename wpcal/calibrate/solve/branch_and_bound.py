@@ -132,7 +132,7 @@ def search_rotations(
 ) -> RotationSearch:
     """Raise the lower bound to `value` - `tolerance`, or find where a better answer may be.
 
-    Returns RotationSearch. It ends early with the centres whose largest distance is below `value`.
+    Returns: It ends early with the centres whose largest distance is below `value`.
 
     `p`, `q`: shape (n, 3). Points about their centroids, mm.
     `value`: Largest distance of the best answer known, mm.

@@ -53,7 +53,7 @@ def solve_interior_point(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatAr
 
     `p`, `q`: shape (B, n, 3). Source and target points, about their centroids, mm.
     `R`, `t`: shapes (B, 3, 3) and (B, 3). Where each problem starts; an exact fit is its own answer.
-    Returns InteriorPointState. The best fit met on the way, and the multipliers of the last step.
+    Returns: The best fit met on the way, and the multipliers of the last step.
     """
     batch, n = p.shape[:2]
     best_R, best_t, best = R.copy(), t.copy(), distances(p, q, R, t).max(axis=1)

@@ -217,7 +217,7 @@ class _Cloud:
     def solve_from_many(self, first: _Found) -> list[_Found]:
         """Solve from rotations about the first answer and from `STARTS` spread evenly; raise the bound by ascent.
 
-        Returns list of _Found. The fits of least largest distance, all with the bound.
+        Returns: The fits of least largest distance, all with the bound.
         """
         rows = np.union1d(core_subset(self.p, self.q), np.flatnonzero(first.weights > 0))
         p, q = self.p[rows], self.q[rows]

@@ -47,8 +47,8 @@ FURTHER = rotation_from_zyx([0.0, 0.7, -1.9], [0.0, -0.4, 0.9], [0.0, 1.3, 2.6])
 def nearest_fit(R: FloatArray, towards: FloatArray) -> int:
     """Return which of equally good rotations is nearest to a given one.
 
-    `R`: ndarray, shape (k, 3, 3).
-    `towards`: ndarray, shape (3, 3).
+    `R`: shape (k, 3, 3).
+    `towards`: shape (3, 3).
     """
     left = np.arange(len(R))
     for aim in (towards, *FURTHER):
@@ -80,7 +80,7 @@ def nearest_rotation_maximising(B: FloatArray, scale: float, towards: FloatArray
     :math:`R = U (I - 2 n n^\top) \operatorname{diag}(1, 1, -1) V^\top` is as good for every unit vector n. If B is
     zero, every rotation is as good.
 
-    `B`: ndarray, shape (3, 3).
+    `B`: shape (3, 3).
     `towards`: shape (3, 3). A rotation, or the negative of one: the result is then furthest from it.
     """
     U, s, Vt = np.linalg.svd(B)

@@ -165,7 +165,7 @@ class _Squares:
 def fit_minimax(touches: Touches, start: Pose) -> Pose:
     """Find the pose of least largest residual near a start; of several, the one of least sum of squares.
 
-    Returns Pose. Never worse than the start.
+    Returns: Never worse than the start.
     """
     scale, best = _Scale.of(touches), Pose.of(touches, start.R, start.t)
     weights = np.zeros(len(touches))

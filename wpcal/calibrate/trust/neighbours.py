@@ -63,7 +63,7 @@ def find_neighbours(
     """Find the rows that fit if they were touched on another feature.
 
     `pairs`: At least four, mm.
-    Returns tuple of Neighbour. One per row. Empty if no exchange explains the data, or several do about as well.
+    Returns: One per row. Empty if no exchange explains the data, or several do about as well.
     """
     if not len(places.p) or len(pairs) < 4:
         return ()

@@ -50,7 +50,7 @@ def zyz_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     rounding error of o times cos a before it is rounded, as in `zyx_degrees`.
 
     `R`: array_like, shape (..., 3, 3).
-    Returns ndarray, shape (..., 3). o, a, t, degrees. If a is rounded to 0 or 180°, only o ± t matters, and t is 0.
+    Returns shape (..., 3). o, a, t, degrees. If a is rounded to 0 or 180°, only o ± t matters, and t is 0.
     """
     angles = np.degrees(zyz_angles(R))
     o, a, t = (angles[..., i] for i in range(3))

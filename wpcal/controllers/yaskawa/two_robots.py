@@ -92,7 +92,7 @@ def joint_percents(program: SyncProgram) -> FloatArray:
     :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger percentage and
     rounded up for the other. The other robot arrives early and waits, so its rounding does not slow the step.
 
-    Returns ndarray, shape (2, N - 1). Percent.
+    Returns shape (2, N - 1). Percent.
     Raises `InputError` when an arm does not state the speeds of its joints, or a percentage is more than 100.
     """
     share = _shares(program)

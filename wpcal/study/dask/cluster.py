@@ -130,9 +130,7 @@ class Cluster:
     def results(self, next_call: Callable[[str], Call | None]) -> Iterator[tuple[Any, Any]]:
         """Yield the tag and the value of every call, in the order in which they end.
 
-        Yields
-        ------
-        tuple. A tag and a value; a `CallFailed` if the call raised, or too many workers were lost with it.
+        The value is a `CallFailed` if the call raised, or too many workers were lost with it.
         """
         while True:
             self._place(next_call)

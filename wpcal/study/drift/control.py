@@ -40,8 +40,8 @@ def moving_range_sigma(values: FloatArray) -> FloatArray:
     A sudden shift changes one moving range only, so that the median hardly sees it. If most jobs are equal, the median
     is 0: then it is the mean moving range over 1.128.
 
-    `values`: ndarray, shape (n, c).
-    Returns ndarray, shape (c,). In the units of the values; 0 if all jobs are equal.
+    `values`: shape (n, c).
+    Returns shape (c,). In the units of the values; 0 if all jobs are equal.
     """
     ranges = np.abs(np.diff(values, axis=0))
     median, mean = np.median(ranges, axis=0) / MEDIAN_RANGE, ranges.mean(axis=0) / MEAN_RANGE

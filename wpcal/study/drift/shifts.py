@@ -16,8 +16,8 @@ SIGMA_DEGREES = 0.4  #: Degrees of freedom of sigma from the median moving range
 def find_shifts(values: FloatArray) -> list[int]:
     """Return the first jobs after sudden changes, in order.
 
-    `values`: ndarray, shape (n, c). Channels that scatter from job to job with a constant sigma. Channels without
-    scatter are not looked at.
+    `values`: shape (n, c). Channels that scatter from job to job with a constant sigma. Channels without scatter are
+    not looked at.
     """
     sigma = moving_range_sigma(values)
     keep = sigma > 0

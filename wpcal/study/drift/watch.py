@@ -90,7 +90,7 @@ def watch_part(jobs: PartJobs, *, first: int = FIRST_JOBS) -> PartDrift:
 def pose_channels(T_base_part: FloatArray, places: FloatArray) -> FloatArray:
     """Return the pose of each job from the median pose.
 
-    `T_base_part`: ndarray, shape (n, 4, 4).
+    `T_base_part`: shape (n, 4, 4).
     `places`: shape (p, 3). Touched points in `part`, mm.
 
     Returns shape (n, 6). Of the middle of the places x, y, z in mm; turns about x, y, z in degrees. Both along the axes

@@ -78,8 +78,8 @@ def _value(column: FloatArray | None, row: int) -> float | None:
 def positive_axes(directions: FloatArray) -> FloatArray:
     """Return unit vectors along lines, with one sense: the last component that is not zero (z, y, x) is positive.
 
-    `directions`: ndarray, shape (n, 3).
-    Returns ndarray, shape (n, 3).
+    `directions`: shape (n, 3).
+    Returns shape (n, 3).
     """
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     sign = np.ones(len(unit))
@@ -109,7 +109,7 @@ def sums(label: IntArray, values: FloatArray, count: int) -> FloatArray:
     """Return the sum of the values of every label, shape (count,) or (count, k).
 
     `label`: shape (n,). 0 … count - 1.
-    `values`: ndarray, shape (n,) or (n, k).
+    `values`: shape (n,) or (n, k).
     """
     total = np.zeros((count, *values.shape[1:]))
     np.add.at(total, label, values)

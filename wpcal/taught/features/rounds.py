@@ -81,11 +81,11 @@ def find_bosses(walls: Walls) -> FeatureColumns:
 def best_rows(group: IntArray, rank: FloatArray, rows: IntArray) -> IntArray:
     """Return the row of the highest rank in every group.
 
-    Returns ndarray of int, shape (k,). One of `rows` per group, in the order of the groups.
+    Returns shape (k,). One of `rows` per group, in the order of the groups.
 
-    `group`: ndarray of int, shape (n,).
-    `rank`: ndarray, shape (n,).
-    `rows`: ndarray of int, shape (n,).
+    `group`: shape (n,).
+    `rank`: shape (n,).
+    `rows`: shape (n,).
     """
     order = np.lexsort((rank, group))
     last = np.flatnonzero(np.diff(group[order], append=-1))

@@ -58,10 +58,10 @@ def judge_features(
 ) -> tuple[Touchable, ...]:
     """Judge how well each feature of a part can be touched.
 
-    Returns: tuple of Touchable. In the order of the features.
-    Returns: Notes ----- A corner with fewer than three independent normals is vague. A corner in a notch or covered by
-    the part.
-    Returns: is hidden, and so is the entry of a hole or slot, or the end of a boss, if the part is in front of it.
+    A corner with fewer than three independent normals is vague. A corner in a notch or covered by the part is hidden,
+    and so is the entry of a hole or slot, or the end of a boss, if the part is in front of it.
+
+    Returns: In the order of the features.
     """
     trimmed = trimmed or TrimmedFaces.of(graph)
     ease = np.array([_usual_ease(feature.kind) for feature in features], dtype=np.int64)

@@ -182,7 +182,7 @@ class WallEnds:
     def of(cls, graph: BrepGraph, body_of_face: IntArray, axis: FloatArray) -> WallEnds:
         """Measure bodies along their axes.
 
-        `body_of_face`: ndarray of int, shape (F,). -1 for a face without a body.
+        `body_of_face`: shape (F,). -1 for a face without a body.
         `axis`: shape (n, 3). The axis of each body.
         """
         used = (body_of_face[graph.coedge_face] >= 0) & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)

@@ -74,7 +74,7 @@ def find_assignments(
 
     Two taught points may be one model point: it was touched twice.
 
-    Returns Assignments. Mirrored ones are not among them.
+    Returns: Mirrored ones are not among them.
 
     `p_part`: shape (N, 3). Points of the model, mm, no two at one place (both would be an answer).
     `p_base`: shape (n, 3). Taught points, mm; n ≥ 3.

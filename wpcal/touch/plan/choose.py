@@ -93,7 +93,7 @@ class TouchDesign:
         """Largest predicted 95 % error over the seam points, mm; infinite for sets that leave a motion free.
 
         `sets`: shape (m, n). m sets of n touches.
-        Returns ndarray, shape (m,).
+        Returns shape (m,).
         """
         parts = [self._errors(sets[first : first + CHUNK]) for first in range(0, len(sets), CHUNK)]
         return np.concatenate(parts) if parts else np.empty(0)

@@ -131,11 +131,11 @@ def _of_solids(material: Material, solids: IntArray, graph: BrepGraph) -> Materi
 def poses_between(p: FloatArray, R: FloatArray, step_mm: float, step_rad: float) -> tuple[FloatArray, FloatArray]:
     """Return poses on straight ways between m poses, at most one step apart.
 
-    Returns `p`: ndarray, shape (n, 3).
-    Returns `R`: ndarray, shape (n, 3, 3). The tool turns evenly between two poses.
+    Returns `p`: shape (n, 3).
+    Returns `R`: shape (n, 3, 3). The tool turns evenly between two poses.
 
-    `p`: ndarray, shape (m, 3).
-    `R`: ndarray, shape (m, 3, 3).
+    `p`: shape (m, 3).
+    `R`: shape (m, 3, 3).
     """
     places, turns = [p[:1]], [R[:1]]
     for a, b, Ra, Rb in zip(p[:-1], p[1:], R[:-1], R[1:], strict=True):

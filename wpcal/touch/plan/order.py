@@ -74,7 +74,7 @@ class Air:
 
         `way`: shape (k, 3). Points of the way between two approaches that is free of the part as planned.
         `a`, `b`: shape (2, 3). Approach and start of the two searches.
-        `Ra`, `Rb`: ndarray, shape (3, 3)
+        `Ra`, `Rb`: shape (3, 3)
 
         Returns shape (k, 3), or None. The way itself, or one over the safe level; None if the torch passes on none.
         """
@@ -96,7 +96,7 @@ def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntAr
     Returns `order`: ndarray of int, shape (n,).
     Returns `ways`: dict. By pairs of searches that follow each other; a pair without a free way is not there.
 
-    `approach`: ndarray, shape (n, 3).
+    `approach`: shape (n, 3).
     `R`: shape (n, 3, 3). Axes of the tool as columns.
     """
     n = len(approach)

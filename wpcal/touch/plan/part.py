@@ -62,7 +62,7 @@ class PartPlace:
         """Return the covariance of places of the part, with the motion of their body, mm², shape (n, 3, 3).
 
         `p`: shape (n, 3). In `part`, mm.
-        `face`: ndarray of int, shape (n,).
+        `face`: shape (n,).
         """
         return nominal.covariances(p, self.centre) + self.of_bodies(p, face)
 

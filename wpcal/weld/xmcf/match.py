@@ -114,35 +114,26 @@ def _distance(points: FloatArray, lines: Sequence[FloatArray]) -> float:
 
 def _values(weld: XmcfSeam, outward: FloatArray) -> tuple[dict[str, Any], list[str]]:
     """Return names and values as JSON holds them, and what could not be taken."""
-    values: dict[str, Any] = {}
-    odd: list[str] = []
-    if weld.thicknesses_mm:
-        values["thickness_mm"] = min(weld.thicknesses_mm)
-    if weld.gaps_mm:
-        values["root_gap_mm"] = max(weld.gaps_mm)
-    kind = KINDS.get(weld.kind)
-    side = _side_towards(weld.sides, outward)
-    if side is not None:
-        kind = GROOVES.get(side.section.upper(), kind) if kind is WeldKind.SQUARE else kind
-        if side.throat_mm and kind is WeldKind.FILLET:
-            values["throat_mm"] = side.throat_mm
-        if side.angle_deg and kind in PREPARATIONS:
-            values["groove_angle_deg"] = side.angle_deg
-        if side.stitch is not None:
-            values["stitch"] = plain(side.stitch)
-        if side.is_uneven:
-            odd.append("segments of different lengths or distances are not taken; state stitch")
-    if kind is not None:
-        values["weld"] = kind.value
+    side, kind = _side_towards(weld.sides, outward), KINDS.get(weld.kind)
+    kind = GROOVES.get(side.section.upper(), kind) if kind is WeldKind.SQUARE else kind
+    values = {
+        "thickness_mm": min(weld.thicknesses_mm, default=None),
+        "root_gap_mm": max(weld.gaps_mm, default=None),
+        "throat_mm": side.throat_mm or None if kind is WeldKind.FILLET else None,
+        "groove_angle_deg": side.angle_deg or None if kind in PREPARATIONS else None,
+        "stitch": plain(side.stitch),
+        "weld": plain(kind),
+    }
+    odd = ["segments of different lengths or distances are not taken; state stitch"] if side.is_uneven else []
     if weld.technology not in ("", "arc"):
         odd.append(f"is a {weld.technology} weld there")
-    return values, odd
+    return {name: value for name, value in values.items() if value is not None}, odd
 
 
-def _side_towards(sides: Sequence[WeldSide], outward: FloatArray) -> WeldSide | None:
-    """Return the side whose direction is nearest to that out of the joint."""
+def _side_towards(sides: Sequence[WeldSide], outward: FloatArray) -> WeldSide:
+    """Return the side whose direction is nearest to that out of the joint; one that states nothing if there is none."""
     if not sides:
-        return None
+        return WeldSide((0.0, 0.0, 0.0), "", None, None, None, None)
     directions = np.array([side.toward for side in sides])
     lengths = np.linalg.norm(directions, axis=1)
     return sides[int(np.argmax(directions @ outward / np.where(lengths > 0.0, lengths, 1.0)))]

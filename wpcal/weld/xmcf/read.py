@@ -132,19 +132,22 @@ class _Units:
 def _seams(root: ET.Element, units: _Units) -> Iterator[XmcfSeam]:
     number = 0
     for group in root.iter("connection_group"):
-        parts = tuple(
-            each.get("label") or each.get("pid") or each.get("index") or "" for each in group.iterfind("connected_to/*")
-        )
+        parts = tuple(_first(each, "label", "pid", "index") for each in group.iterfind("connected_to/*"))
         for connection in group.iterfind("connection_list/connection_1d"):
             weld = connection.find("seamweld")
             if weld is None:
                 continue
             number += 1
-            label = connection.get("label") or connection.get("ident") or f"seam {number}"
+            label = _first(connection, "label", "ident") or f"seam {number}"
             try:
                 yield _seam(connection, weld, units, label, parts)
             except InputError as error:
                 raise InputError(f"seam {label}: {error}") from None
+
+
+def _first(element: ET.Element, *names: str) -> str:
+    """Return the first attribute that is stated; empty if there is none."""
+    return next(filter(None, map(element.get, names)), "")
 
 
 def _seam(connection: ET.Element, weld: ET.Element, units: _Units, label: str, parts: tuple[str, ...]) -> XmcfSeam:
