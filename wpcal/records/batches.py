@@ -4,12 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Record, Sha256, Share, Vector
-
-
-class Pose(Record):
-    xyz_mm: Vector
-    rpy_deg: Vector
+from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Place, Record, Sha256, Share, Vector
 
 
 class Worst(Record):
@@ -31,7 +26,7 @@ class Job(Worst):
     verdict: Literal["PASS", "UNSURE", "FAIL", "ERROR"] = D(
         "Verdict of the calibration; ERROR if the job did not end with one."
     )
-    pose: Pose | None = D(
+    pose: Place | None = D(
         "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, c; null if "
         "the job failed."
     )
@@ -69,7 +64,7 @@ class Inputs(Record):
 
 class Result(Worst):
     verdict: Literal["PASS", "UNSURE", "FAIL"] = D("Verdict of the calibration.")
-    pose: Pose = D(
+    pose: Place = D(
         "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, c; null if "
         "the job failed."
     )
@@ -98,9 +93,9 @@ class JobSummary(Job):
 
 
 class Difference(Record):
-    where: str = D("File and place in it.")
+    where: str = D("File, seam or point, and field.")
     found: str = D("What is there.")
-    expected: str = D("What the inputs give.")
+    expected: str = D("What the inputs or the first result give.")
     off_by: str = D("Number with unit; empty for words.")
 
 
@@ -133,13 +128,6 @@ class Verify(Record):
     not_checked: list[str] = D("What cannot be computed from the inputs.")
 
 
-class DiffDifference(Record):
-    where: str = D("Seam or point, and field.")
-    found: str
-    expected: str
-    off_by: str = D("Number with unit; empty for words.")
-
-
 class Diff(Record):
     """wpcal difference, version 1
 
@@ -148,7 +136,7 @@ class Diff(Record):
 
     schema: Literal["wpcal/diff/1"]
     atol_mm: float = D("Distances up to this count as equal.")
-    differences: list[DiffDifference]
+    differences: list[Difference]
 
 
 class DriftPartPart(Record):

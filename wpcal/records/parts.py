@@ -133,6 +133,13 @@ class Member(Record):
     listed: Maybe[list[ListedMember]] = D("The solid, then its members if it was several (wpcal seams --json).")
 
 
+class Place(Record):
+    """Translation in mm and angles in degrees, R = Rz(yaw) Ry(pitch) Rx(roll)."""
+
+    xyz_mm: Vector
+    rpy_deg: Vector = D("Roll, pitch, yaw.")
+
+
 class Units(Record):
     length: Literal["mm"]
     angle: Literal["deg"]

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from wpcal.records.cells import Issue
-from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Pair, Positive, Record, Six, Vector
+from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Pair, Place, Positive, Record, Six
 
 
 class Units(Record):
@@ -209,11 +209,6 @@ class WeldSequencePlan(Record):
     time_s: float
 
 
-class TCarrierPart(Record):
-    xyz_mm: Vector
-    rpy_deg: Vector
-
-
 class Seam(Record):
     name: str = D("The seam's, with a letter where it is welded in pieces.")
     seam: str
@@ -307,7 +302,7 @@ class WeldSequence(Record):
     plans: dict[str, WeldSequencePlan] = D(
         "Values of all plans, by preference; the times of those that are not worked out assume straight moves."
     )
-    T_carrier_part: TCarrierPart = D("The part on the positioner's flange, or in world.")
+    T_carrier_part: Place = D("The part on the positioner's flange, or in world.")
     seams: list[Seam] = D("Pieces in the order of welding.")
     unwelded: list[Unwelded] = D("Stretches that are not welded.")
     no_program: dict[str, str] = D("Why there is no program, by the language.")

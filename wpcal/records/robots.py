@@ -11,6 +11,7 @@ from wpcal.records.parts import (
     Maybe,
     NotNegative,
     Number,
+    Place,
     Positive,
     Record,
     Rotation,
@@ -28,13 +29,6 @@ class Link(Record):
     alpha_deg: float
     beta_deg: Maybe[float] = D("Hayati's angle for parallel axes; 0 if not given.")
     parallel_to_next: Maybe[bool] = D("Whether beta replaces d for this axis.")
-
-
-class Place(Record):
-    """Translation in mm and angles in degrees, R = Rz(yaw) Ry(pitch) Rx(roll)."""
-
-    xyz_mm: Vector
-    rpy_deg: Vector = D("Roll, pitch, yaw.")
 
 
 class Joint(Record):

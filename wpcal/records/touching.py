@@ -4,7 +4,19 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import D, FeatureOfPart, Maybe, NotNegative, Number, Positive, Record, Rotation, Units, Vector
+from wpcal.records.parts import (
+    D,
+    FeatureOfPart,
+    Maybe,
+    NotNegative,
+    Number,
+    Place,
+    Positive,
+    Record,
+    Rotation,
+    Units,
+    Vector,
+)
 from wpcal.records.robots import Arm
 
 
@@ -86,11 +98,6 @@ class MovedAdvice(Record):
     why_not: str = D("Why the tolerance is not reached; empty if it is.")
 
 
-class TBasePart(Record):
-    xyz_mm: Vector = D("Origin of the part.")
-    rpy_deg: Vector = D("R = Rz(yaw) Ry(pitch) Rx(roll).")
-
-
 class Predicted(Record):
     error_95_mm: NotNegative = D("Largest predicted 95 % error along the seams.")
     seam: str = D("The seam where it occurs.")
@@ -153,7 +160,7 @@ class Touches(Record):
     fingerprint: Annotated[str, Meta(pattern="^[0-9a-f]{8}$")] = D(
         "Of what the program depends on; computed from the searches."
     )
-    T_base_part: TBasePart = D("Where the part stands as planned: the work object. All points are in it.")
+    T_base_part: Place = D("Where the part stands as planned: the work object. All points are in it.")
     wire_mm: NotNegative = D("Diameter of the wire.")
     stick_out_mm: NotNegative = D("From the contact tip to the tool centre point.")
     robot: str = D("Name of the arm; empty if none is given.")
