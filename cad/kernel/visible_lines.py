@@ -38,8 +38,8 @@ def visible_lines(
 ) -> tuple[FloatArray, FloatArray]:
     """Project a meshed shape and keep the lines that are visible.
 
-    Returns `sharp`: ndarray, shape (n, 2, 2). Sharp edges and outlines as segments in the plane of the view, mm.
-    Returns `smooth`: ndarray, shape (k, 2, 2). Edges between faces that join smoothly.
+    Returns `sharp`: shape (n, 2, 2). Sharp edges and outlines as segments in the plane of the view, mm.
+    Returns `smooth`: shape (k, 2, 2). Edges between faces that join smoothly.
     Raises `KernelError` when the kernel cannot project the part.
 
     `shape`: Of `meshed_compound`.

@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_104,
+    "lines of wpcal and cad": 122_092,
     "lines of tests": 63_756,
     "rooms": 20,
     "arrows between rooms": 97,

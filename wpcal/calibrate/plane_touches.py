@@ -54,8 +54,7 @@ def calibrate_bodies(
     `body`: The body of each touch. Bodies are in the order in which their names come first, and turn about the middle
     of their touches.
 
-    Returns: MovedBodies. ``fit.T_base_part`` is the pose, ``fit.motions`` holds the motions; `predict_body_errors`
-    gives errors.
+    Returns: ``fit.T_base_part`` is the pose, ``fit.motions`` holds the motions; `predict_body_errors` gives errors.
 
     Raises `InputError, GeometryError, ConvergenceError` when lengths differ or values cannot be used, the touches leave
     the part free, or the fit does not settle.

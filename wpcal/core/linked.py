@@ -36,7 +36,7 @@ def near_tree(points: FloatArray) -> cKDTree:
 def linked_groups(count: int, a: IntArray, b: IntArray) -> IntArray:
     """Return the group of each of `count` things; `a` and `b`, shape (k,), are the two of each pair that is linked.
 
-    Groups are numbered in the order of their first things.
+    Returns shape (count,). Groups are numbered in the order of their first things.
 
     >>> linked_groups(4, np.array([0]), np.array([2])).tolist()
     [0, 1, 0, 2]

@@ -48,8 +48,8 @@ def length(v: ArrayLike) -> float:
 def solve(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Solve many small systems by elimination with pivots from the largest of a column.
 
-    Returns `x`: ndarray, shape (n, k, m). Infinite or NaN where a system is singular.
-    Returns `det`: ndarray, shape (n,). Absolute values of the determinants.
+    Returns `x`: shape (n, k, m). Infinite or NaN where a system is singular.
+    Returns `det`: shape (n,). Absolute values of the determinants.
 
     `A`: shape (n, k, k).
     `b`: shape (n, k, m).

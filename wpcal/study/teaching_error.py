@@ -186,8 +186,8 @@ def unit_errors(rng: np.random.Generator, shape: tuple[int, int, int], place: Er
 def fit_trials(p: FloatArray, q: FloatArray, criterion: Criterion) -> tuple[FloatArray, FloatArray]:
     """Fit many trials of one set of points at once.
 
-    Returns `R`: ndarray, shape (trials, 3, 3).
-    Returns `t`: ndarray, shape (trials, 3). mm.
+    Returns `R`: shape (trials, 3, 3).
+    Returns `t`: shape (trials, 3). mm.
 
     `p`: shape (n, 3). Model points about their centroid, mm.
     `q`: shape (trials, n, 3). Taught points, about where that centroid is, mm.

@@ -24,7 +24,7 @@ def find_members(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
     """Cut the faces of one solid into members.
 
     Returns `names`: tuple of str. ``member 1`` is the largest.
-    Returns `face_member`: ndarray of int, shape (F,).
+    Returns `face_member`: shape (F,).
     """
     graph, n = trimmed.graph, trimmed.graph.face_count
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1))

@@ -17,7 +17,7 @@ def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatA
     The bound's square is concave in the weights with the squared distances as its slope, so steps that shrink as
     1/√k approach its greatest value, also where it has a kink.
 
-    Returns `weights`: ndarray, shape (n,).
+    Returns `weights`: shape (n,).
     Returns `bound`: float. mm.
 
     `p`, `q`: shape (n, 3). Points about their centroids, mm.

@@ -35,8 +35,8 @@ def rotation_maximising(B: FloatArray) -> FloatArray:
 def kabsch(p: FloatArray, q: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Fit q ≈ R p + t with the least weighted sum of squares; any leading axes are a batch.
 
-    Returns `R`: ndarray, shape (..., 3, 3).
-    Returns `t`: ndarray, shape (..., 3). mm.
+    Returns `R`: shape (..., 3, 3).
+    Returns `t`: shape (..., 3). mm.
 
     `p`, `q`: shape (..., n, 3). Source and target points, mm.
     `weights`: shape (..., n). Not negative, each row summing to one.
@@ -68,8 +68,7 @@ def fit_least_squares(
     `nominal`: Of equally good fits, as mirrored or exchanged points have, the one turned least from this is taken. By
     default the one turned least at all.
 
-    Returns: RigidTransform. ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored
-    sets.
+    Returns: ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored sets.
 
     A plate turned by a quarter turn about z and set down 10 mm along x:
 

@@ -120,7 +120,7 @@ def with_copies(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> t
 
     `p`, `q`: shape (n, 3). Points about their centroids, mm.
     `R`, `t`: shapes (k, 3, 3) and (k, 3). Fits.
-    Returns `R, t`: ndarray, shapes (m, 3, 3) and (m, 3). All fits, each rotation once.
+    Returns `R, t`: shapes (m, 3, 3) and (m, 3). All fits, each rotation once.
     """
     g, h = _isometries((p, q), (p, q))
     turned = [R, (h[:, None] @ R @ g[:, None].transpose(0, 1, 3, 2)).reshape(-1, 3, 3)]

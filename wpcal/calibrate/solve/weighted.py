@@ -145,8 +145,8 @@ def refine_once(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Take one Gauss-Newton step from a fit towards the least Σ r Λ r; any leading axes are a batch.
 
-    Returns `R, t`: ndarray, shapes (..., 3, 3), (..., 3). The fits after the step.
-    Returns `sums`: ndarray, shape (...). Σ r Λ r after the step, as the linear model predicts it.
+    Returns `R, t`: shapes (..., 3, 3), (..., 3). The fits after the step.
+    Returns `sums`: shape (...). Σ r Λ r after the step, as the linear model predicts it.
 
     `p`, `q`: shape (..., n, 3). mm.
     `information`: shape (..., n, 3, 3). Λ, mm⁻².

@@ -158,8 +158,8 @@ def find_contradicted(
 def squares_of(touches: Touches, start: Pose, sigma_mm: float | None) -> tuple[Pose, FloatArray, FloatArray]:
     """Fit touches; return the pose, the weights of the residuals in units of their errors, and their derivative.
 
-    Returns `information`: ndarray, shape (n, 3, 3).
-    Returns `jacobians`: ndarray, shape (n, 3, 6). By comparable coordinates of the motion of the part.
+    Returns `information`: shape (n, 3, 3).
+    Returns `jacobians`: shape (n, 3, 6). By comparable coordinates of the motion of the part.
     """
     stated = touches.covariances is not None
     unit = 1.0 if stated or sigma_mm is None else max(sigma_mm, LEAST_SIGMA_MM)

@@ -118,7 +118,7 @@ def search(rows: Rows, most: int) -> Contradiction:
 
 
 def chances(rows: Rows, sets: Sets) -> FloatArray:
-    """Probability that good observations show a set as extreme as each."""
+    """Probability that good observations show a set as extreme as each, shape (k,) for k sets."""
     drop, left = np.maximum(rows.total - sets.sums, 0.0), rows.freedom - sets.gone
     count = comb(len(rows), sets.left_out.shape[1])
     if rows.scaled:

@@ -37,8 +37,7 @@ def draw_section(
 ) -> list[str]:
     """Draw the section at the middle of a seam, as elements of an SVG.
 
-    Returns: list of str. In a square of `SIZE` pixels with the root in the middle, z of the seam upwards and y to the
-    right.
+    Returns: In a square of `SIZE` pixels with the root in the middle, z of the seam upwards and y to the right.
     """
     row = len(seam.frames) // 2
     p, R = seam.frames.p[row], seam.frames.R[row]

@@ -124,9 +124,9 @@ def _planes_at_ends(graph: BrepGraph, rounds: IntArray, planes: IntArray) -> tup
 
     A patch is the plane where one round ends, the edge where two rounds meet, or the face between several.
 
-    Returns `patch`: ndarray of int, shape (m,).
+    Returns `patch`: shape (m,).
     Returns `end`: pair of ndarray of int, shape (m,).
-    Returns `plane`: ndarray of int, shape (m,). Each plane at the patch.
+    Returns `plane`: shape (m,). Each plane at the patch.
     """
     row = np.full(graph.face_count, -1)
     row[rounds] = np.arange(len(rounds))

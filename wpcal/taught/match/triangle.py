@@ -64,9 +64,9 @@ def fit_triangles(points: FloatArray, rows: IntArray, triangle: Triangle) -> Tri
     The best fit lays plane on plane and centre on centre; the turn in the plane that makes
     :math:`\sum |q_i - R p_i|^2` smallest has the tangent :math:`\sum p_i \times q_i / \sum p_i \cdot q_i`.
 
-    `points`: shape (N, 3).
-    `rows`: shape (m, 3). Images of the corners a, b, c.
-    Returns: The sum of squares is infinite for three points on a line.
+    `points`: shape (N, 3). Of the model, in `part`, mm.
+    `rows`: shape (m, 3). Images of the corners a, b, c, as rows of `points`.
+    Returns: One fit per row; the sum of squares is infinite for three points on a line.
     """
     p = points[rows]
     centre = p.mean(axis=1)

@@ -179,7 +179,7 @@ def best_set(
     """Return the best set of touches and its error.
 
     `slots`: shape (m,). Of a pattern: which touches each of the n places in it may have.
-    Returns `rows`: ndarray of int, shape (n,). Empty if no set holds all six freedoms.
+    Returns `rows`: shape (n,). Empty if no set holds all six freedoms.
     """
     search = SetSearch(design, len(design))
     if slots is None:
@@ -234,7 +234,7 @@ def fewest_set(
     """Return few searches after which a part that is one body keeps all its seams within the tolerance.
 
     `seam_points`: shape (k, 3). All of them, relative to the centre of the design, mm.
-    Returns `rows`: ndarray of int, shape (n,).
+    Returns `rows`: shape (n,).
     Returns `why`: str. Why the tolerance is not reached; otherwise empty.
     """
     tolerance_mm, least = options.tolerance_mm or np.inf, min(options.count(), len(design))

@@ -93,7 +93,7 @@ class Air:
 def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntArray, dict[tuple[int, int], FloatArray]]:
     """Return the shortest order, and the points on the way from each search to the next.
 
-    Returns `order`: ndarray of int, shape (n,).
+    Returns `order`: shape (n,).
     Returns `ways`: dict. By pairs of searches that follow each other; a pair without a free way is not there.
 
     `approach`: shape (n, 3).
