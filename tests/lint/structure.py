@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_092,
+    "lines of wpcal and cad": 122_094,
     "lines of tests": 63_756,
     "rooms": 20,
     "arrows between rooms": 97,
@@ -25,7 +25,7 @@ LIMITS = {
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
     "functions with more than 6 parameters": 40,
-    "functions with more than 10 branches, per thousand": 24,
+    "functions with more than 10 branches, per thousand": 23,
 }
 COMES_WITH = {"mpl_toolkits": "matplotlib", "anyio": "starlette", "h11": "uvicorn", "dask": "distributed"}
 """Part of another package, or used only through it."""

@@ -6,6 +6,7 @@ clock, path or host name.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -97,13 +98,13 @@ def _curves(run: CellRun, cell: Cell) -> dict[str, Any]:
     plan, rows = run.plan, slice(run.first, run.last + 1)
     return {
         "t": np.round(run.t_s, TIME_DIGITS).tolist(),
-        "s": _column(run.along(plan.s_mm), PLACE_DIGITS),
+        "s": rounded_column(run.along(plan.s_mm), PLACE_DIGITS),
         "first": run.first,
         "last": run.last,
         "joints1": np.round(np.degrees(run.q[:, :JOINTS]), ANGLE_DIGITS).tolist(),
         "joints2": np.round(np.degrees(run.q[:, JOINTS:]), ANGLE_DIGITS).tolist(),
         **{
-            name: _column(np.degrees(run.along(getattr(plan, f"{name}_rad"))), ANGLE_DIGITS)
+            name: rounded_column(np.degrees(run.along(getattr(plan, f"{name}_rad"))), ANGLE_DIGITS)
             for name in ("slope", "rotation", "work", "travel")
         },
         "seam": np.round(cell.tool_in_part(run.q[rows])[:, :3, 3], PLACE_DIGITS).tolist(),
@@ -124,5 +125,6 @@ def _checked(run: CellRun) -> dict[str, Any] | None:
     }
 
 
-def _column(values: FloatArray, digits: int) -> list[float | None]:
-    return [None if np.isnan(value) else round(float(value), digits) for value in values]
+def rounded_column(values: FloatArray, digits: int) -> list[float | None]:
+    """Return the values of a curve, shape (n,), for a page; null where they are not finite."""
+    return [round(value, digits) if math.isfinite(value) else None for value in values.tolist()]

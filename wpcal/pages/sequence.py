@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.pages.cell import BODY, cell_record, frames_at
 from wpcal.pages.html import build_page, json_blob
-from wpcal.pages.plan import ANGLE_DIGITS, PLACE_DIGITS, TIME_DIGITS
+from wpcal.pages.plan import ANGLE_DIGITS, PLACE_DIGITS, TIME_DIGITS, rounded_column
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
 from wpcal.planning.sequence.timeline import Timeline, position_name
 
@@ -44,10 +44,10 @@ def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: byt
     curves = {
         "t": np.round(line.t_s, TIME_DIGITS).tolist(),
         "axes": np.round(line.q * factors, ANGLE_DIGITS).tolist(),
-        "margin": [None if math.isinf(value) else round(value, PLACE_DIGITS) for value in line.margin_mm.tolist()],
+        "margin": rounded_column(line.margin_mm, PLACE_DIGITS),
         "phase": [phase.value for phase in line.phase],
         "piece": line.piece.tolist(),
-        "s": [None if math.isnan(value) else round(value, PLACE_DIGITS) for value in line.s_mm.tolist()],
+        "s": rounded_column(line.s_mm, PLACE_DIGITS),
     }
     blobs = {} if part_glb is None else {"part": part_glb}
     blobs |= {"curves": json_blob(curves), "frames": frames_at(cell, line.q).astype("<f4").tobytes()}

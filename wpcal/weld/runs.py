@@ -85,7 +85,7 @@ def chosen_runs(
     `seams`: shape (n,) or None). Each with n frames, its weld, and the 95 % error at its frames, mm.
     Raises `InputError` when only tack welds are wanted and there are none, or a weave cannot be made of points.
     """
-    tacks = [run for each in seams for run in tack_runs(*each)] if choice.tacks is not Tacks.OFF else []
+    tacks = [run for each in seams if choice.tacks is not Tacks.OFF for run in tack_runs(*each)]
     if choice.tacks is Tacks.ONLY:
         if not tacks:
             raise InputError("no weld data of the chosen seams states tacks")
