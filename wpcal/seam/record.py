@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from wpcal.core.transform import RigidTransform
 from wpcal.robot.torch.file import without_none
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.frame_records import frame_records, frames_from_records, leans_from_records
-from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import Finding, FlareGroove, Hiding, JointType, OtherTorch, Seam, SeamPieces, SeamSource, WeldType
 from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
+
+if TYPE_CHECKING:
+    from wpcal.seam.member.note import MemberNotes
 
 SEAMS_SCHEMA = "wpcal/seams/1"
 

@@ -32,6 +32,7 @@ from wpcal.seam.judge.reach import sweep_torch
 MARGIN_MM = 3.0
 """Least distance of the nozzle from the part on the way: above the errors of a calibration and of a path in the air."""
 ABOVE_MM = 50.0  #: By default the lowest point of the torch is this far above the part on the way across.
+FIRST_STRETCH_MM = 24.0  #: A move is first divided into stretches of at most this length: few longer ones are free.
 LEAST_STRETCH_MM = 0.02  #: A stretch of a move is not halved further: it counts as too near.
 BACK_MM = (0.0, 25.0, 50.0, 100.0, 200.0, 400.0)
 """How far back along the wire the torch goes before it goes up, the shortest free one."""
@@ -212,15 +213,10 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
 def _clearance(air: AirSettings, torch: TorchAtTool, turns: Sequence[FloatArray]) -> float:
     if air.clearance_mm is not None:
         return air.clearance_mm
-    every = [
-        R for turn in turns for a, b in pairwise([turn[0], *turn]) for R in _interpolate(a, b, np.linspace(0, 1, 19))
-    ]
-    return float(np.ceil(ABOVE_MM + torch.lowest(np.array(every), air.up).max()))
-
-
-def _interpolate(a: FloatArray, b: FloatArray, t: FloatArray) -> FloatArray:
-    """Return orientations between two, about one axis, shape (len(t), 3, 3)."""
-    return np.asarray(a @ exp_rotation(t[:, None] * log_rotation(a.T @ b)), dtype=np.float64)
+    first, last = np.concatenate(turns), np.concatenate([np.concatenate([turn[1:], turn[-1:]]) for turn in turns])
+    share = np.linspace(0.0, 1.0, 19)[:, None, None]
+    between = first @ exp_rotation(share * log_rotation(np.swapaxes(first, -1, -2) @ last))
+    return float(np.ceil(ABOVE_MM + torch.lowest(between.reshape(-1, 3, 3), air.up).max()))
 
 
 def _turn_between(a: FloatArray, b: FloatArray, axis: ToolAxis) -> FloatArray:
@@ -372,7 +368,8 @@ class _Search:
         """Tell whether a linear move keeps its distance from the part all along, and not only at samples."""
         omega = np.zeros(3) if R1 is R0 else log_rotation(R0.T @ R1)
         travel = float(np.linalg.norm(p1 - p0)) + float(np.linalg.norm(omega)) * self.torch.reach_mm
-        middle, half = np.array([0.5]), 0.5
+        count = 2 ** max(0, math.ceil(math.log2(max(travel, LEAST_STRETCH_MM) / FIRST_STRETCH_MM)))
+        middle, half = (np.arange(count) + 0.5) / count, 0.5 / count
         while len(middle):
             moved = travel * half  # no point of the axis is farther from its place at the middle
             R = R0 @ exp_rotation(middle[:, None] * omega) if omega.any() else R0

@@ -285,18 +285,20 @@ class _Search:
         for most in (FEW, self.most):
             left = np.flatnonzero(np.isfinite(worst) & (inner > 0))
             for rows, own, at in _points(begin, inner, left, most):
-                off_mm, off_rad = deviations(course, moves.select(rows[own]), at)
-                share = np.maximum(off_mm / self.tolerance.mm, off_rad / self.tolerance.wire_rad)
+                tested = moves.select(rows[own])
+                share = tested.shares(course.p[at])
+                off_mm, off_rad = deviations(course, tested, share, at)
+                off = np.maximum(off_mm / self.tolerance.mm, off_rad / self.tolerance.wire_rad)
                 if math.isfinite(self.tolerance.side_rad):
-                    share = np.maximum(share, self._side(moves.select(rows[own]), at) / self.tolerance.side_rad)
-                np.maximum.at(worst, rows[own], share)
+                    off = np.maximum(off, self._side(tested, share, at) / self.tolerance.side_rad)
+                np.maximum.at(worst, rows[own], off)
             worst[worst > 1.0] = np.inf
         return worst
 
-    def _side(self, moves: Moves, at: IntArray) -> FloatArray:
+    def _side(self, moves: Moves, share: FloatArray, at: IntArray) -> FloatArray:
         """Return the angle between the directions across the wire, rad."""
         across = (self.course.axis + 1) % 3
-        side = moves.directions(moves.shares(self.course.p[at]), across)
+        side = moves.directions(share, across)
         apart = np.linalg.norm(side - self.course.R[at, :, across], axis=1)
         return np.asarray(2.0 * np.arcsin(np.minimum(apart / 2.0, 1.0)), dtype=np.float64)
 
@@ -314,13 +316,13 @@ def _points(
         yield rows[part], own, at
 
 
-def deviations(course: Course, moves: Moves, at: IntArray) -> tuple[FloatArray, FloatArray]:
+def deviations(course: Course, moves: Moves, share: FloatArray, at: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return how far moves are from points of a course, where they pass them.
 
+    `share`: shape (k,). Where each move passes its point (`Moves.shares`).
     `at`: shape (k,). Rows of the course.
     Returns `off_mm, off_rad`: ndarray, shape (k,). Distance of the wire's tips, and angle between the wires.
     """
-    share = moves.shares(course.p[at])
     wire = moves.directions(share, course.axis)
     tip = moves.positions(share) + course.standoff_mm * wire
     apart = np.linalg.norm(wire - course.wire[at], axis=1)
@@ -346,6 +348,7 @@ def _path(course: Course, layers: list[_Steps], rows: list[int], tolerance: Path
     path = MovePath(course.p[chosen], np.array(R), tuple(moves), course.s_mm[chosen])
     ends = chosen[path.ends]
     own = np.repeat(np.arange(len(moves)), np.diff(ends))
-    off_mm, off_rad = deviations(course, path.arrays.select(own), np.arange(ends[-1]))
+    every, at_all = path.arrays.select(own), np.arange(ends[-1])
+    off_mm, off_rad = deviations(course, every, every.shares(course.p[at_all]), at_all)
     off = float(off_mm.max()), float(off_rad.max())
     return MovePath(frozen(path.p), frozen(path.R), path.moves, frozen(path.s_mm), *off, tolerance.mm)
