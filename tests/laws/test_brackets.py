@@ -51,10 +51,10 @@ def dense(p):
     return np.concatenate([np.linspace(a, b, n + 1) for a, b, n in zip(p[:-1], p[1:], counts, strict=True)])
 
 
-SEEDS = [9, *(seed for seed in range(200) if seed != 9)]  # 9 has few plates; in 58 a neck grazes an edge
+SEEDS = sorted(range(200), key=lambda seed: seed not in (9, 26))  # 9 is small; in 26 a cone grazes an edge
 
 
-@pytest.mark.parametrize("seed", few(SEEDS, 1))
+@pytest.mark.parametrize("seed", few(SEEDS, 2))
 def test_every_accepted_millimetre_is_exported_and_planned(seed: int, cell: Path, tmp_path: Path) -> None:
     pytest.importorskip("fcl", reason="python-fcl is not installed")
     out, _ = calibrated(write_bracket(seed, tmp_path), tmp_path, "--torch", cell)

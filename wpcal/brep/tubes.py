@@ -117,7 +117,7 @@ def _axis_distances(placed: FloatArray, low: FloatArray, high: FloatArray, slope
     cuts: list[tuple[FloatArray, BoolArray]] = []
     for k in range(3):
         a, b, za, zb = flat[:, k], flat[:, (k + 1) % 3], z[:, k], z[:, (k + 1) % 3]
-        best = np.minimum(best, _edge_distances((a, b), (za, zb), low, high, slope))
+        best = np.minimum(best, edge_distances((a, b), (za, zb), low, high, slope))
         rise = np.where(za == zb, 1.0, zb - za)
         for height in (low, high):
             share = (height - za) / rise
@@ -131,7 +131,7 @@ def _axis_distances(placed: FloatArray, low: FloatArray, high: FloatArray, slope
     return np.where(_axis_goes_through(flat, z, low, high), -np.inf if slope is not None else 0.0, best)
 
 
-def _edge_distances(
+def edge_distances(
     ends: tuple[FloatArray, FloatArray],
     heights: tuple[FloatArray, FloatArray],
     low: FloatArray,
@@ -155,14 +155,6 @@ def _edge_distances(
         return np.where(t0 <= t1, _from_origin(first, last), np.inf)
     widths = [slope * (za + share * (zb - za) - low) for share in (t0, t1)]
     return np.where(t0 <= t1, _from_cone(first, last, *widths), np.inf)
-
-
-def edge_distances(p0: FloatArray, p1: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return how near segments come to the z axis, between two heights; infinity if not between; shape (k,).
-
-    `p0`, `p1`: shape (k, 3). Ends of the segments in the frames of tubes (`tube_frames`), mm.
-    """
-    return _edge_distances((p0[:, :2], p1[:, :2]), (p0[:, 2], p1[:, 2]), low, high)
 
 
 def tube_frames(back: FloatArray) -> FloatArray:

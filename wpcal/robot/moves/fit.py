@@ -348,7 +348,7 @@ def _path(course: Course, layers: list[_Steps], rows: list[int], tolerance: Path
     path = MovePath(course.p[chosen], np.array(R), tuple(moves), course.s_mm[chosen])
     ends = chosen[path.ends]
     own = np.repeat(np.arange(len(moves)), np.diff(ends))
-    every, at_all = path.arrays.select(own), np.arange(ends[-1])
-    off_mm, off_rad = deviations(course, every, every.shares(course.p[at_all]), at_all)
+    every = path.arrays.select(own)
+    off_mm, off_rad = deviations(course, every, every.shares(course.p[: ends[-1]]), np.arange(ends[-1]))
     off = float(off_mm.max()), float(off_rad.max())
     return MovePath(frozen(path.p), frozen(path.R), path.moves, frozen(path.s_mm), *off, tolerance.mm)

@@ -14,7 +14,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.near_groups import NearBundles
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.brep.tubes import edge_distances, tube_frames
+from wpcal.brep.tubes import Radius, edge_distances, tube_frames
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.robot.torch.shape import Tube
 from wpcal.seam.judge.material import Necks, place_tube
@@ -86,24 +86,26 @@ def edges_in_tubes(
     bundles: NearBundles,
     axis: Sequence[FloatArray],
     ends_mm: tuple[FloatArray, FloatArray],
-    radius_mm: float,
+    radius_mm: Radius,
 ) -> IntArray:
-    """Return a face with an edge inside each of n tubes, or -1: corners that reach in between two lines.
+    """Return a face with an edge inside each of n tubes or cones, or -1: corners that reach in between two lines.
 
     `bundles`: The faces near the tubes.
     `axis`: shapes (n, 3). Places and unit directions in `part`; a tube leads from one to the other of `ends_mm`.
     """
     (p, way), (low, high), graph = axis, ends_mm, trimmed.graph
+    first, last = radius_mm if isinstance(radius_mm, tuple) else (radius_mm, radius_mm)
     begin, end = (p + at[:, None] * way for at in (low, high))
     row, box = bundles.near.pairs(bundles.group)
-    least, most = np.minimum(begin, end) - radius_mm, np.maximum(begin, end) + radius_mm
+    least, most = (pick(begin, end) + side * max(first, last) for pick, side in ((np.minimum, -1), (np.maximum, 1)))
     boxes = trimmed.patch_boxes
     own = np.flatnonzero(((boxes.low[box] <= most[row]) & (boxes.high[box] >= least[row])).all(axis=1))
     row, face = np.divmod(np.unique(row[own] * graph.face_count + boxes.face[box[own]]), graph.face_count)
     own, piece = trimmed.pieces_meeting(face, least[row], most[row])
     frames, at = tube_frames(way), row[own]
     p0, p1 = (np.einsum("kij,kj->ki", frames[at], corner[piece] - p[at]) for corner in (trimmed.p0, trimmed.p1))
-    is_met = edge_distances(p0, p1, low[at], high[at]) < radius_mm
+    slope = None if first == last else (last - first) / (high - low)[at]
+    is_met = edge_distances((p0[:, :2], p1[:, :2]), (p0[:, 2], p1[:, 2]), low[at], high[at], slope) < first
     found = np.full(len(p), -1)
     found[at[is_met]] = face[own[is_met]]
     return found

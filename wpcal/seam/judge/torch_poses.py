@@ -107,8 +107,12 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is
     near = near.select(face[rows] < 0)
     rows = np.flatnonzero(face < 0)
     own = poses.select(rows)
-    ends, radius = (own.mouth_mm + own.torch.taper_mm, own.end_mm), own.torch.nozzle_radius_mm - TOUCH_MM
-    face[rows] = edges_in_tubes(trimmed, near, (own.p, own.back), ends, radius)
+    cone, wide = own.mouth_mm + own.torch.taper_mm, own.torch.nozzle_radius_mm - TOUCH_MM
+    face[rows] = edges_in_tubes(trimmed, near, (own.p, own.back), (cone, own.end_mm), wide)
+    if own.torch.taper_mm > 0.0:
+        radii = own.torch.mouth_mm - TOUCH_MM, wide
+        in_cone = edges_in_tubes(trimmed, near, (own.p, own.back), (own.mouth_mm, cone), radii)
+        face[rows] = np.where(face[rows] < 0, in_cone, face[rows])
     if not is_between:
         rows = np.flatnonzero(face < 0)
         face[rows] = _pocket_faces(graph, trimmed, poses.select(rows))
