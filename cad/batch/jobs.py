@@ -19,7 +19,8 @@ import click
 
 from cad.batch.job_list import OptionColumn
 from cad.batch.job_record import JobInputs, files_read, job_record, put_job_in_place, sha256_at
-from cad.batch.request import SeamsAsked, calibrate_arguments, read_words, request_options
+from cad.batch.request import calibrate_arguments, read_words, request_options
+from cad.batch.seams_asked import SeamsAsked
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, key_of, user_cache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import Means

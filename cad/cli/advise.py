@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from cad.batch.bodies_asked import BodiesAsked
-    from cad.batch.request import SeamsAsked
+    from cad.batch.seams_asked import SeamsAsked
     from cad.workpiece.advise import AdviseOptions
     from wpcal.seam import SeamOptions
     from wpcal.touch.advice import Advice

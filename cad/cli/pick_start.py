@@ -18,7 +18,8 @@ from wpcal.cli.outputs import typed_options
 
 if TYPE_CHECKING:
     from cad.batch.bodies_asked import BodiesAsked
-    from cad.batch.request import NominalAsked, SeamsAsked
+    from cad.batch.request import NominalAsked
+    from cad.batch.seams_asked import SeamsAsked
     from cad.pick.shared_seams import SharedSeams
     from cad.pick.shared_table import SharedTable
     from cad.session.part import PickPart

@@ -14,7 +14,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cad.batch.request import SeamsAsked
+    from cad.batch.seams_asked import SeamsAsked
     from wpcal.core.issue import Issue
     from wpcal.seam import Seam, SeamOptions
     from wpcal.seam.member.note import MemberNotes

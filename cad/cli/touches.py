@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from cad.batch.bodies_asked import BodiesAsked
-    from cad.batch.request import SeamsAsked
+    from cad.batch.seams_asked import SeamsAsked
     from cad.workpiece.touches import DrawnTouches
     from wpcal.core.transform import RigidTransform
     from wpcal.planning.cell.cell import Cell

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from cad.batch.recorded import recording
-from cad.batch.request import Request, SeamsAsked, TouchesAsked, run_arguments
+from cad.batch.request import Request, TouchesAsked, run_arguments
+from cad.batch.seams_asked import SeamsAsked
 from cad.rpc.open_parts import OpenPart
 from cad.rpc.options import OptionSet, words_of
 from cad.session.decisions import read_decisions

@@ -17,8 +17,6 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.fit_part import fit_part
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit
 from cad.workpiece.means import USUAL_MEANS, Means
-from cad.workpiece.moved_bodies import MovedWorkpiece
-from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
@@ -42,6 +40,7 @@ from wpcal.taught.table import Taught, TaughtPoints, taught_points
 from wpcal.touch.touch_results import SilentRows
 
 if TYPE_CHECKING:
+    from cad.workpiece.moved_bodies import MovedWorkpiece
     from wpcal.planning.cell.grasp import Holding
 
 SEAM_RGB = (0.9, 0.2, 0.1)  #: Colour of seams that are written as edges into the moved STEP file (sRGB).
@@ -140,6 +139,8 @@ class WorkpieceCalibration:
         if left_out:
             head["left_out"] = left_out
         if self.moved is not None:
+            from cad.workpiece.moved_record import bodies_record
+
             record["bodies"] = bodies_record(self.moved, self.workpiece.graph)
         return {**head, **record, "issues": [*record["issues"], *found]}
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cad.workpiece.fit_taught import CalibrateOptions, Observed, ScaleChoice, next_points, run_fit
-from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.errors.field_shift import FieldShift
@@ -17,6 +17,9 @@ from wpcal.calibrate.size import PartSize
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import Seam
+
+if TYPE_CHECKING:
+    from cad.workpiece.moved_bodies import MovedWorkpiece
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +60,8 @@ def fit_part(
         result, u95 = run_fit(own, seams, options=asked, T_nominal_part=T_nominal_part, suggest=suggest)
         if options.bodies is None:
             return FittedPart(result, u95, tuple(seams)) if options.rigid else _following(result, u95, seams)
+        from cad.workpiece.moved_bodies import fit_weldment
+
         moved = fit_weldment(workpiece, own, result, seams, asked, options.bodies)
         return FittedPart(moved.result, moved.u95_mm, moved.told_seams(), moved)
 

@@ -8,7 +8,6 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from cad.kernel.to_brep import curve_row
 from cad.kernel.topology import EDGE, sub_shape_uses
@@ -19,6 +18,7 @@ from wpcal.brep.extend import FreeEdge, add_edges
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, InputError
+from wpcal.core.linked import near_tree
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.taught.features import ReferenceFeature, feature_named
 
@@ -87,7 +87,7 @@ def _numbered(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, l
         return graph, []
     wider, added = add_edges(graph, edges)
     known = np.flatnonzero((graph.edge_kind != CurveKind.DEGENERATE) & (graph.edge_solid >= 0))
-    tree = cKDTree(_places(graph, known)[:, 1])
+    tree = near_tree(_places(graph, known)[:, 1])
     numbers: list[int] = []
     missing: list[int] = []
     for row, place in enumerate(_places(wider, added)):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from cad.workpiece.bodies import PartBodies
 from wpcal.brep.curves import edge_polylines
@@ -15,6 +14,7 @@ from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.trust.criteria import TWO_BODIES
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
+from wpcal.core.linked import near_tree
 from wpcal.core.wording import listed
 
 NAMED_MM = 1e-3  #: A point this near to a vertex or to the centre of a circle is taken for it.
@@ -55,7 +55,7 @@ def on_two_bodies(touches: Touches, part: PartBodies, solid_of: Mapping[str, int
     edge_body = part.face_body[graph.edge_faces.max(axis=1)]
     start, _, points = edge_polylines(graph)
     ends, end_body = np.concatenate([points[start[:-1]], points[start[1:] - 1]]), np.tile(edge_body, 2)
-    near = cKDTree(ends).query_ball_point(targets.point[touches.rows][rows], NAMED_MM) if len(rows) else []
+    near = near_tree(ends).query_ball_point(targets.point[touches.rows][rows], NAMED_MM) if len(rows) else []
     told, names = [], []
     for i, own in zip(rows.tolist(), near, strict=True):
         bodies = [part.bodies.names[b] for b in np.unique(end_body[own]).tolist() if b >= 0]
@@ -80,7 +80,7 @@ def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
     circles = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
     named = np.concatenate([points[ends], graph.edge_frame[circles, 0]])
     named_edge = np.concatenate([edge[ends], circles])
-    distances, row = cKDTree(named).query(p)
+    distances, row = near_tree(named).query(p)
     away, found = np.asarray(distances), named_edge[row]
     for k in np.flatnonzero(away > NAMED_MM).tolist():
         nearest, apart = _nearest_edge(points, edge, p[k])

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.observe.bodies import KeptContacts
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.linked import near_tree
 
 PARALLEL_RAD = 0.01  #: Faces that lie on each other are parallel to half a degree; a welded-on wedge is not.
 PIECES = 8
@@ -68,7 +68,7 @@ def _facing(
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     offset = np.einsum("ni,ni->n", at, normal) * (PARALLEL_RAD / gap_mm)
     here = np.column_stack([normal, offset])
-    near = cKDTree(here).query_ball_point(-here, PARALLEL_RAD * math.sqrt(2.0), return_sorted=True)
+    near = near_tree(here).query_ball_point(-here, PARALLEL_RAD * math.sqrt(2.0), return_sorted=True)
     i = np.repeat(np.arange(len(face)), [len(others) for others in near])
     j = np.concatenate([np.array(others, dtype=np.int64) for others in near])
     low, high = (corner[face] for corner in trimmed.face_box)

@@ -8,13 +8,12 @@ neighbour.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
+from wpcal.core.linked import linked_groups
 
 LEAST_FACES = 4
 """A plate on another has five faces left, or four in a corner. The floor of a pocket or a step has fewer."""
@@ -29,9 +28,8 @@ def find_members(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
     graph, n = trimmed.graph, trimmed.graph.face_count
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1))
     concave = are_concave(graph, edges)
-    a, b = graph.edge_faces[edges[~concave]].T
-    count, cut = connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
-    member = _joined(trimmed, np.asarray(cut, dtype=np.int64), count, graph.edge_faces[edges[concave]])
+    cut = linked_groups(n, *graph.edge_faces[edges[~concave]].T)
+    member = _joined(trimmed, cut, int(cut.max()) + 1, graph.edge_faces[edges[concave]])
     sizes = [_size_mm(trimmed, np.flatnonzero(member == k)) for k in range(member.max() + 1)]
     rank = np.argsort(np.argsort([-size for size in sizes], kind="stable"), kind="stable")
     return tuple(f"member {k + 1}" for k in range(len(sizes))), np.asarray(rank[member], dtype=np.int64)
@@ -51,10 +49,7 @@ def _joined(trimmed: TrimmedFaces, member: IntArray, count: int, across: IntArra
         if len(others):
             into[small] = max(set(others.tolist()), key=lambda k: (bool(is_own[k]), int(faces[k]), -k))
     # a small one whose neighbours are small, too, follows them
-    _, joined = connected_components(
-        coo_matrix((np.ones(count), (np.arange(count), into)), shape=(count, count)), directed=False
-    )
-    return np.asarray(joined[member], dtype=np.int64)
+    return linked_groups(count, np.arange(count), into)[member]
 
 
 def _size_mm(trimmed: TrimmedFaces, faces: IntArray) -> float:

@@ -22,7 +22,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize
 
 from wpcal.calibrate.errors.modes import ErrorModes
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
@@ -146,6 +145,8 @@ def _settled(problem: Problem, first: BodiesState) -> BodiesState:
         slope, _ = problem.normal_equations(state)
         slope[:3] = left_jacobian(step[None, :3] / problem.length_mm)[0].T @ slope[:3]
         return problem.cost(state) / 2.0, root.T @ slope
+
+    from scipy.optimize import minimize
 
     best = minimize(
         cost_and_slope, np.zeros(len(root)), jac=True, method="BFGS", options={"gtol": still, "maxiter": MOST_STEPS}

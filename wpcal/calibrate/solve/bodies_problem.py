@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import null_space
 
 from wpcal.calibrate.errors.modes import ErrorModes
 from wpcal.calibrate.errors.robot_field import ResidualRows
@@ -52,6 +51,8 @@ class Whitened:
 
         `places`: shape (n, 3). Of the touches, mm.
         """
+        from scipy.linalg import null_space
+
         about = places - places.mean(axis=0)
         Q = null_space(self.J.T)
         L = np.linalg.cholesky(np.eye(Q.shape[1]) + (Q.T @ self.B) @ (self.B.T @ Q))

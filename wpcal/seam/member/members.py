@@ -13,9 +13,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csr_array, eye_array, hstack
-from scipy.sparse.csgraph import connected_components
 
 from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.curves import evaluate_edges
@@ -23,6 +20,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis, project_to_faces, square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.linked import linked_groups
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP, OPPOSITE_COS, SAME_THICKNESS, Surface, sampled_surface
 from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.find.tubes import find_tubes
@@ -232,6 +230,9 @@ def _explained(
 
 def _cheapest(cost: FloatArray, covers: BoolArray, face: IntArray) -> BoolArray:
     """Return which hypotheses explain the points at least cost; points that the same ones explain count as one."""
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import csr_array, eye_array, hstack
+
     groups, of = np.unique(covers.T, axis=0, return_inverse=True)
     per_point = COST_UNEXPLAINED / np.bincount(face)[face] + COST_SURFACE / len(face)
     weight = np.bincount(of.ravel(), weights=per_point, minlength=len(groups))
@@ -585,8 +586,7 @@ def _linked(graph: BrepGraph, smooth: IntArray, faces: set[int]) -> Iterator[fro
     """Yield groups of faces that run smoothly into each other."""
     pairs = graph.edge_faces[smooth]
     pairs = pairs[np.isin(pairs, list(faces)).all(axis=1)]
-    links = csr_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(graph.face_count, graph.face_count))
-    group = connected_components(links, directed=False)[1]
+    group = linked_groups(graph.face_count, *pairs.T)
     for number in dict.fromkeys(group[sorted(faces)].tolist()):
         yield frozenset(faces.intersection(np.flatnonzero(group == number).tolist()))
 

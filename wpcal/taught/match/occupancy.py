@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -28,6 +27,8 @@ class Occupancy:
 
         `points`: shape (N, 3). mm.
         """
+        from scipy.ndimage import binary_dilation
+
         span = np.ptp(points, axis=0) + 4.0 * reach_mm
         boxes = min(MOST_BOXES, BOXES_PER_POINT * len(points))
         size = max(0.5 * reach_mm, float(np.cbrt(np.prod(span) / boxes)))
