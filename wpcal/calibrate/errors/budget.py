@@ -38,7 +38,7 @@ from wpcal.calibrate.errors.robot_field import (
     rigid_rest,
     scale_of,
 )
-from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.core.arrays import FloatArray, IntArray, as_points, frozen
 from wpcal.core.same_bits import first_least
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
@@ -208,9 +208,8 @@ class ErrorBudget:
         for all points at once. The seed is fixed.
         """
         points = as_points(points_base, name="points")
-        errors, away = self.error_95_mm(points), points - points.mean(axis=0)
+        errors, ends = self.error_95_mm(points), farthest_ends(points)
         worst = int(first_least(-errors))
-        ends = np.unique(np.argmax(away @ _drawn(3 * JOINT_POINTS)[0], axis=0))
         ends = ends[np.argsort(-errors[ends], kind="stable")][: JOINT_POINTS - 1]
         rows = np.unique(np.append(ends, worst))
         root = symmetric_root(self._joint(points[rows] - self.centre))
@@ -309,6 +308,12 @@ class ErrorBudget:
             "model": "tails of the residuals and what a fit of this kind does with them",
         }
         return {"name": name, "type": "A" if is_a else "B", "source": told[name]}
+
+
+def farthest_ends(points: FloatArray) -> IntArray:
+    """Return the rows of points, shape (k, 3), that are the farthest in some direction, ascending."""
+    away = points - points.mean(axis=0)
+    return np.unique(np.argmax(away @ _drawn(3 * JOINT_POINTS)[0], axis=0))
 
 
 @lru_cache(maxsize=4)

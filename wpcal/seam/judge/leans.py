@@ -179,8 +179,8 @@ def feel_seams(
 
 def _felt_each(graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: Leans, stations: FeltAt) -> list[Felt]:
     """Feel seams whose straight poses are given, each by itself."""
-    free = np.zeros((len(own), len(leans.rad), len(leans.spin_rad)), dtype=bool)
-    free[:, 0], solid = _feel(graph, trimmed, own, leans, slice(0, 1))
+    steps = _Steps(graph, trimmed, own, leans, stations)
+    free, solid = steps.free, steps.feel_leans(np.arange(len(own)), slice(0, 1))
     cuts = np.flatnonzero(np.diff(own.owner)) + 1
     for tier in leans.tiers:
         is_felt = ~free.any(axis=(1, 2))
@@ -190,12 +190,8 @@ def _felt_each(graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: L
         if tier.start >= leans.small and stations is not FeltAt.DENSE:
             has_small = np.array([rows.any() for rows in np.split(free, cuts)])
             is_felt &= has_small[own.owner]
-        rows = np.flatnonzero(is_felt)
-        if len(rows) and tier.stop > tier.start:
-            found, _ = _feel(graph, trimmed, own.select(rows), leans, tier)
-            free[rows, tier] = found.reshape(len(rows), -1, len(leans.spin_rad))
-    steps = _Steps(graph, trimmed, own, leans, stations)
-    chosen = _chosen_with_free_steps(steps, free.reshape(len(own), -1))
+        steps.feel_leans(np.flatnonzero(is_felt), tier)
+    chosen = _chosen_with_free_steps(steps)
     if stations is FeltAt.FRAMES:
         steps.change_evenly(chosen)
     lean, spin, after = steps.felt(chosen)
@@ -255,12 +251,12 @@ def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> Fel
     return FeltPoses(torch, owner, p, R[:, :, 2], R, start, more, wire, np.zeros(len(p)))
 
 
-def _chosen_with_free_steps(steps: _Steps, free: BoolArray) -> IntArray:
+def _chosen_with_free_steps(steps: _Steps) -> IntArray:
     """Choose a pose per station, and other ones where the torch meets a solid on its way from one to the next.
 
-    More leans are felt for that, and `free` is changed. Where no change of lean is free, the first choice stays.
+    More leans are felt for that. Where no change of lean is free, the first choice stays.
     """
-    is_open = np.zeros(len(free), dtype=bool)
+    free, is_open = steps.free.reshape(len(steps.own), -1), np.zeros(len(steps.own), dtype=bool)
     first = chosen = _chosen(steps, free, is_open)
     rows = steps.blocked_changes(chosen)
     for _ in range(ROUNDS):
@@ -268,7 +264,8 @@ def _chosen_with_free_steps(steps: _Steps, free: BoolArray) -> IntArray:
             return chosen
         near = steps.near(rows)
         opened = np.flatnonzero(near.any(axis=0) & ~is_open)
-        free[opened] = steps.free_at(opened)
+        for tier in steps.leans.tiers:
+            steps.feel_leans(opened, tier)
         is_open[opened] = True
         changes = {(row, *pair) for row, pair in steps.alike(near, chosen[rows], chosen[rows + 1], free)}
         if len(opened) == 0 and changes <= steps.known.keys():
@@ -315,10 +312,23 @@ class _Steps:
         self.spin = np.tile(leans.spin_rad, len(leans.rad))
         self.step_mm = np.linalg.norm(np.diff(own.p, axis=0), axis=1)
         self.joined = own.owner[1:] == own.owner[:-1]
+        #: shape (n, leans, spins). With which poses the torch meets nothing, as far as `is_felt`, shape (n, leans).
+        self.free = np.zeros((len(own), len(leans.rad), len(leans.spin_rad)), dtype=bool)
+        self.is_felt = np.zeros((len(own), len(leans.rad)), dtype=bool)
         #: The solid met between a station and the next one, -1 for none, by its row and the poses at both.
         self.known: dict[tuple[int, int, int], int] = {}
         self.untold: set[tuple[int, int, int]] = set()  #: Those of which it is known only that something is met.
         self.barred: dict[int, list[tuple[int, int]]] = {}  #: Changes of pose that meet a solid, by row.
+
+    def feel_leans(self, rows: IntArray, tier: slice) -> IntArray:
+        """Feel a tier of leans at the stations where it is not known yet; return the solids met at its first lean."""
+        rows = rows[~self.is_felt[rows, tier].any(axis=1)]
+        if not len(rows) or tier.stop <= tier.start:
+            return np.zeros(0, dtype=np.int64)
+        found, solid = _feel(self.graph, self.trimmed, self.own.select(rows), self.leans, tier)
+        self.free[rows, tier] = found.reshape(len(rows), -1, len(self.leans.spin_rad))
+        self.is_felt[rows, tier] = True
+        return solid
 
     def felt(self, chosen: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return lean and spin at each station, NaN where none is chosen, and the solid met before the next, or -1.
@@ -464,12 +474,6 @@ class _Steps:
         """Return the stations after which the torch meets a solid while its lean changes."""
         _, _, after = self.felt(chosen)
         return np.flatnonzero((after[:-1] >= 0) & (chosen[1:] != chosen[:-1]))
-
-    def free_at(self, rows: IntArray) -> BoolArray:
-        """Tell at which poses the torch meets nothing at stations, shape (r, k · j)."""
-        if not len(rows):
-            return np.zeros((0, len(self.lean)), dtype=bool)
-        return _feel(self.graph, self.trimmed, self.own.select(rows), self.leans, slice(0, len(self.leans.rad)))[0]
 
     def near(self, rows: IntArray) -> BoolArray:
         """Tell which stations are within `CHANGE_MM` of the step after each of `rows`, shape (r, n)."""
