@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTo
 
 from cad.kernel.call import KernelObject
 from cad.kernel.geometry import edge_length, has_triangles_only, mesh_points, surface_kind, vertex_points
-from cad.kernel.topology import EDGE, FACE, compound, sub_shapes
+from cad.kernel.topology import EDGE, FACE, SHELL, VERTEX, compound, loose_shapes, sub_shape_uses, sub_shapes
 from cad.kernel.xcaf import label_color, label_entry, label_name, labels_of, new_label
 from cad.step.append_seams import SEAMS_NAME, SeamCurve
 from cad.step.xcaf_tree import Leaf, StepTree, usable_name
@@ -58,6 +58,17 @@ def take_inventory(document: KernelObject, *, without: str = "") -> StepInventor
     surfaces = Counter(surface_kind(face) for face in faces)
     layers, annotations = _layers(document, without), _annotations(document)
     return StepInventory(surfaces, np.concatenate(points), names, colors, layers, annotations)
+
+
+def cut_inventory(inventory: StepInventory, document: KernelObject) -> StepInventory:
+    """Return what is left of the inventory of a document in an outline (`cad.step.outline`): one face of each shell."""
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    whole = compound(_shapes(labels_of(tool.GetFreeShapes), frozenset()))
+    firsts = [next(sub_shape_uses(shell, FACE))[0] for shell in sub_shapes(whole, SHELL)]
+    above = ((FACE, SHELL), (EDGE, FACE), (VERTEX, EDGE))
+    cut = compound([*firsts, *(shape for kind, avoid in above for shape in loose_shapes(whole, kind, avoid))])
+    surfaces = Counter(surface_kind(face) for face in sub_shapes(cut, FACE))
+    return replace(inventory, surfaces=surfaces, vertices=vertex_points(cut))
 
 
 def _product(label: KernelObject) -> KernelObject:

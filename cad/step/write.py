@@ -6,9 +6,11 @@ that was only appended to, the bytes are compared, and the kernel reads its outl
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -30,7 +32,7 @@ from cad.step.append import Placed, append_placement, with_entities
 from cad.step.append_colors import with_solid_colors
 from cad.step.append_seams import SEAMS_NAME, SeamCurve, append_seams
 from cad.step.bake import bake_text
-from cad.step.compare import StepInventory, compare_inventories, compare_seam_edges, take_inventory
+from cad.step.compare import StepInventory, compare_inventories, compare_seam_edges, cut_inventory, take_inventory
 from cad.step.compare_solids import OwnMotions, take_solids
 from cad.step.move_solids import move_solids
 from cad.step.new_file import plain_step_text
@@ -54,8 +56,6 @@ DEFEATS = frozenset(
 
 MANY_FACES = 2000  #: With fewer faces, reading the whole file again takes less than a second or two.
 LEAST_CUT = 2  #: An outline is worth reading if it holds this many times fewer faces.
-OF_OUTLINE = ("names", "colors", "layers", "annotations")
-"""What an outline holds as the whole file does; otherwise the whole file is read."""
 
 SOME_MOVE = RigidTransform.from_six_tuple((812.5, -310.25, 455.125, 0.02, -0.3, 1.1), target="base", source="part")
 """A move with all six numbers, on which the checks of the moves of a part are tried."""
@@ -105,7 +105,8 @@ def write_moved_step(
     """
     curves = tuple(SeamCurve(name, frozen(points), color) for name, points, color in seams)
     with kernel_call(f"writing {path}"):
-        known = known or KnownPart(take_inventory(part.document))
+        is_appended = not bake and T_part_moved is None
+        known = known or KnownPart.of(part, least_faces=MANY_FACES if is_appended else math.inf)
         own = None if T_part_moved is None else OwnMotions(T_part_moved, take_solids(part))
     before = known.before
     # the shapes are not needed any more; if nobody else holds them, their memory is free for what is read again
@@ -145,9 +146,22 @@ class KnownPart:
     """What was found of a part before it is moved."""
 
     before: StepInventory  #: What the kernel finds in the file.
-    #: The outline of the file, if that is enough to check a moved one, and what the kernel finds in it.
+    #: The outline of the file, if it is enough to check a moved one and much smaller, and what the kernel finds in it.
     outlined: tuple[Part21File, StepInventory] | None = None
     placed: Placed | None = None  #: Its roots.
+
+    @classmethod
+    def of(cls, part: StepPart, *, least_faces: float = 1) -> KnownPart:
+        """Find what the kernel finds; the outline only if the file has so many faces."""
+        before = take_inventory(part.document)
+        if before.surfaces.total() < least_faces:
+            return cls(before)
+        cut = cut_inventory(before, part.document)
+        if not 0 < LEAST_CUT * cut.surfaces.total() <= before.surfaces.total():
+            return cls(before)
+        with suppress(FormatError):
+            return cls(before, (index_part21(outline(part.source), name=part.file_name), cut))
+        return cls(before)
 
 
 def know_part(part: StepPart) -> KnownPart:
@@ -157,33 +171,15 @@ def know_part(part: StepPart) -> KnownPart:
     are read, as for a file of many faces.
     """
     with kernel_call(f"reading {part.file_name}"):
-        before = take_inventory(part.document)
+        known = KnownPart.of(part)
     part = part.without_shapes()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, Path(part.file_name).name)
-        if write_moved_step(part, SOME_MOVE, path, known=KnownPart(before)):
-            return KnownPart(before)
-    try:
-        return KnownPart(before, _outlined(part, before), Placed.of(part.source))
-    except FormatError:
-        return KnownPart(before)
-
-
-def _outlined(part: StepPart, before: StepInventory) -> tuple[Part21File, StepInventory] | None:
-    """Return the outline of a file, and what the kernel finds in it; None if an outline lacks more than faces.
-
-    Raises `FormatError` when it cannot be read.
-    """
-    file = index_part21(outline(part.source), name=part.file_name)
-    with kernel_call(f"reading {part.file_name}"):
-        inventory = take_inventory(read_document(Path(part.file_name), file.text))
-    return (file, inventory) if _is_enough(inventory, before) else None
-
-
-def _is_enough(outlined: StepInventory, before: StepInventory) -> bool:
-    """Tell whether an outline lacks nothing but faces, and enough of them."""
-    same = (getattr(outlined, what) == getattr(before, what) for what in OF_OUTLINE)
-    return 0 < LEAST_CUT * outlined.surfaces.total() <= before.surfaces.total() and all(same)
+        if write_moved_step(part, SOME_MOVE, path, known=KnownPart(known.before)):
+            return KnownPart(known.before)
+    with suppress(FormatError):
+        return replace(known, placed=Placed.of(part.source))
+    return KnownPart(known.before)
 
 
 def write_moved_data(*, name: str, data: bytes, progress: Progress = no_progress, **settings: Any) -> tuple[Issue, ...]:
@@ -272,14 +268,14 @@ class _Job:
             again = read_step(path)
             found = self.own.compare(again, self.T_base_part, before, without=SEAMS_NAME)
             return found + compare_seam_edges(again.document, self.T_base_part, self.seams)
-        if appended and (self.known.outlined or before.surfaces.total() >= MANY_FACES):
+        if appended and self.known.outlined is not None:
             written, source = read_bytes(path, most_mb=MOST_STEP_MB), self.part.source
             head, tail = source.text[: source.data_end], source.text[source.data_end :]
             if not (written.startswith(head) and written.endswith(tail)):
                 return [
                     Issue("moved-faces-differ", "the written file does not hold the text of the file that was read")
                 ]
-            if self._is_outline_right(path, written, added):
+            if self._is_outline_right(path, written, *self.known.outlined, added):
                 return []
         return self._compared(read_document(path), before, added)
 
@@ -288,16 +284,14 @@ class _Job:
         found = compare_inventories(before, after, self.T_base_part, added=added)
         return found + compare_seam_edges(document, self.T_base_part, self.seams)
 
-    def _is_outline_right(self, path: Path, written: bytes, added: Counter[str]) -> bool:
+    def _is_outline_right(
+        self, path: Path, written: bytes, file: Part21File, cut: StepInventory, added: Counter[str]
+    ) -> bool:
         """Tell whether what was added to a file places its outline right; False if an outline lacks more than faces."""
-        source = self.part.source
+        source, text, end = self.part.source, file.text, file.data_end
+        new = written[source.data_end : len(written) - len(source.text) + source.data_end]
         try:
-            outlined = self.known.outlined or _outlined(self.part, self.known.before)
-            if outlined is None:
-                return False
-            text, end, before = outlined[0].text, outlined[0].data_end, outlined[1]
-            new = written[source.data_end : len(written) - len(source.text) + source.data_end]
-            return not self._compared(read_document(path, text[:end] + new + text[end:]), before, added)
+            return not self._compared(read_document(path, text[:end] + new + text[end:]), cut, added)
         except FormatError:
             return False
 

@@ -9,7 +9,7 @@ from cad.step import write as write_step
 from cad.step.append_seams import SEAMS_NAME
 from cad.step.compare import compare_inventories, take_inventory
 from cad.step.read import StepPart, read_step
-from cad.step.write import write_moved_step
+from cad.step.write import know_part, write_moved_step
 from cad.workpiece.calibrate import calibrate_files
 from tests.few import few
 from wpcal.core.errors import FormatError, InputError
@@ -172,9 +172,20 @@ def test_of_a_large_file_one_face_of_each_solid_is_read_again(tmp_path: Path, ou
     assert write_moved_step(part, T_BASE_PART, tmp_path / "moved.step") == ()
     assert_moved(part, tmp_path / "moved.step")
     assert write_moved_step(part, T_BASE_PART, tmp_path / "seams.step", seams=SEAMS) == ()
-    whole, source, moved, *with_seams = outlined
-    assert 0 < source == moved < whole / 2
-    assert with_seams == [whole, source, moved]
+    whole, moved, *with_seams = outlined
+    assert 0 < moved < whole / 2
+    assert with_seams == [whole, moved]
+
+
+def test_moves_of_one_part_cut_its_outline_once(
+    frame: StepPart, tmp_path: Path, outlined: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = know_part(frame)
+    monkeypatch.setattr(write_step, "outline", None)
+    outlined.clear()
+    for name in ("one.step", "other.step"):
+        assert write_moved_step(frame, T_BASE_PART, tmp_path / name, known=known) == ()
+    assert outlined == 2 * [known.outlined[1].surfaces.total()]
 
 
 def test_a_wrong_place_in_a_large_file_is_seen(
