@@ -15,7 +15,7 @@ from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
 from cad.sheet.touches import DrawnTouch, SheetTouch, drawn_touches
 from cad.sheet.welds import ListedWeld
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.version import __version__
@@ -48,7 +48,7 @@ class Sheet:
 
 
 def make_sheet(
-    step: Any, *, options: SheetOptions, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
+    step: Openable, *, options: SheetOptions, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
 ) -> Sheet:
     """Draw a part in four views with the reference points to touch, or its welds, and a table to fill in.
 

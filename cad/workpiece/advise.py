@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from cad.workpiece.advise_bodies import Advisable, advise_bodies
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
@@ -80,7 +79,7 @@ USUAL, USUAL_SEAMS = AdviseOptions(), SeamOptions()
 
 
 def advise_points(
-    step: Any,
+    step: Openable,
     *,
     options: AdviseOptions = USUAL,
     seam_options: SeamOptions = USUAL_SEAMS,
@@ -103,7 +102,7 @@ def advise_points(
 
 
 def advise_weldment(
-    step: Any,
+    step: Openable,
     *,
     bodies: BodiesOptions,
     options: AdviseOptions = USUAL,

@@ -18,7 +18,7 @@ from cad.workpiece.fit_part import fit_part
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit
 from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.step_file import draw_part
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
 from wpcal.core.collector import give_memory_back
@@ -146,7 +146,7 @@ class WorkpieceCalibration:
 
 
 def calibrate_workpiece(
-    step: Any,
+    step: Openable,
     taught: Taught,
     *,
     T_nominal_part: RigidTransform | None = None,

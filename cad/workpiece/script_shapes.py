@@ -7,14 +7,41 @@ the same kernel (OCP) in an attribute ``wrapped``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Protocol, TypeAlias
 
 from wpcal.core.errors import InputError
 
 _CADQUERY = "cadquery"
 
 
-def script_shapes(given: Any) -> tuple[Any, ...]:
+class Shape(Protocol):
+    """A shape of build123d or CadQuery."""
+
+    wrapped: Any  #: The kernel's shape.
+
+
+class BuildPart(Protocol):
+    """A builder of build123d."""
+
+    part: Any
+
+
+class Workplane(Protocol):
+    """CadQuery's."""
+
+    objects: list[Any]
+
+
+class Assembly(Protocol):
+    """CadQuery's."""
+
+    children: list[Any]
+
+
+ScriptShapes: TypeAlias = Shape | BuildPart | Workplane | Assembly | Iterable[Shape]
+
+
+def script_shapes(given: ScriptShapes) -> tuple[Any, ...]:
     """Return shapes of build123d. Those of build123d unchanged; those of an assembly at their places.
 
     `given`: The label of a shape, or its name in an assembly, becomes the name of its solid.

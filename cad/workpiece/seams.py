@@ -10,7 +10,7 @@ from typing import Any
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.step_file import draw_part
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.brep import BrepGraph
 from wpcal.brep.material import ExactMaterial
 from wpcal.core.arrays import IntArray
@@ -66,7 +66,7 @@ class Explained:
 
 
 def find_seams(
-    workpiece: Any, options: SeamOptions | None = None, choice: SeamChoice | None = None
+    workpiece: Openable, options: SeamOptions | None = None, choice: SeamChoice | None = None
 ) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece. For solids that overlap, the kernel first computes the intersection curves.
 
@@ -117,9 +117,9 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
         what = "decides about no solid of this part" if len(notes.unused) == 1 else "decide about no solid of this part"
         issues = (*issues, Issue("pattern-unused", f"{listed(notes.unused)} {what} (--weld, --not)", notes.unused))
     if not found.seams and options.concave is ConcaveEdges.AUTO:
-        whole = trimmed.with_graph(found.graph)
-        issues = (*issues, *left_out(found.graph, whole))
-        notes = notes.with_whole({solid: why for solid, _, why in find_whole_solids(found.graph, whole)})
+        whole = find_whole_solids(found.graph, trimmed.with_graph(found.graph))
+        issues = (*issues, *left_out(found.graph, trimmed.with_graph(found.graph), whole))
+        notes = notes.with_whole({solid: why for solid, _, why in whole})
     told = why_nothing_is_found(found.seams, len(graph.solid_names), options.gap_for(graph))
     issues = (*issues, *why_none_is_taken(found.seams), *told)
     is_wider = found.graph.edge_count > graph.edge_count

@@ -11,7 +11,7 @@ import numpy as np
 from cad.draw.page_colours import AXES, PART, RESIDUAL, UNKNOWN, colour_of
 from cad.workpiece.calibrate import WorkpieceCalibration
 from cad.workpiece.to_build123d import seam_wire
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.seam import Seam
@@ -35,7 +35,7 @@ class Drawn:
     alpha: float = 1.0
 
 
-def show(found: Any, seams: Sequence[Seam] = (), *, port: int | None = None) -> None:
+def show(found: WorkpieceCalibration | Openable, seams: Sequence[Seam] = (), *, port: int | None = None) -> None:
     """Show a part with its seams, their frames and the taught points in the viewer of `ocp_vscode`.
 
     Raises `InputError` when `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
@@ -62,7 +62,7 @@ def show(found: Any, seams: Sequence[Seam] = (), *, port: int | None = None) -> 
     )
 
 
-def drawn_of(found: Any, seams: Sequence[Seam] = ()) -> list[Drawn]:
+def drawn_of(found: WorkpieceCalibration | Openable, seams: Sequence[Seam] = ()) -> list[Drawn]:
     """Return what `show` draws; parameters as there."""
     if not isinstance(found, WorkpieceCalibration):
         found = open_workpiece(found)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from cad.workpiece.advise_bodies import tacked_bodies
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.step_file import draw_part
-from cad.workpiece.workpiece import Workpiece, open_workpiece
+from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.arrays import FloatArray
@@ -33,7 +32,7 @@ USUAL, USUAL_SEAMS = TouchOptions(), SeamOptions()
 
 
 def plan_touches(
-    step: Any,
+    step: Openable,
     *,
     options: TouchOptions = USUAL,
     seam_options: SeamOptions = USUAL_SEAMS,
@@ -83,7 +82,7 @@ class DrawnTouches:
 
 
 def draw_touches(
-    step: Any, *, asked: TouchesWanted, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
+    step: Openable, *, asked: TouchesWanted, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
 ) -> DrawnTouches:
     """Plan touches as `plan_touches` does, and return what their page draws, too."""
     workpiece = open_workpiece(step, cache=cache, progress=progress)

@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
-from cad.workpiece.script_shapes import script_shapes
+from cad.workpiece.script_shapes import ScriptShapes, script_shapes
 from cad.workpiece.step_file import StepFile
 from wpcal.brep import BrepGraph
 from wpcal.brep.repeats import solid_shapes
@@ -117,7 +117,11 @@ class Workpiece:
         return file.answer(what, of, make)
 
 
-def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress) -> Workpiece:
+Openable: TypeAlias = Workpiece | Path | str | ScriptShapes
+"""A part: opened, or what `open_workpiece` opens."""
+
+
+def open_workpiece(step: Openable, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress) -> Workpiece:
     """Read a part.
 
     Raises `InputError` when the file cannot be read, a shape holds no solid, or a solid has geometry at infinity.

@@ -12,7 +12,7 @@ from wpcal.seam.find.built_up import LEAST_BUILT_UP, built_up_share
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.formed import are_bends
 from wpcal.seam.member.members import members_of
-from wpcal.seam.member.one_piece import left_out
+from wpcal.seam.member.one_piece import find_whole_solids, left_out
 from wpcal.seam.member.prisms import find_prisms
 
 
@@ -42,11 +42,11 @@ def test_a_box_is_a_prism_along_each_of_its_sides() -> None:
 
 
 def test_a_part_without_a_seam_says_why_and_what_to_do() -> None:
-    (told,) = left_out(*trimmed("pockets"))
+    (told,) = left_out(*trimmed("pockets"), find_whole_solids(*trimmed("pockets")))
     assert told.code == "one-piece"
     assert "inner corners, none taken for a weld" in told.message
     assert "--concave always" in told.message
-    (told,) = left_out(*trimmed("plain-block"))
+    (told,) = left_out(*trimmed("plain-block"), [])
     assert told.message.endswith("is one solid without an inner corner")
     assert len(accepted("pockets", concave=ConcaveEdges.ALWAYS)) > 4
     assert np.bincount(find_members(trimmed("pockets")[1])[1]).tolist() == [26, 2]  # the walls of pockets, and a boss

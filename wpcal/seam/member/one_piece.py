@@ -7,6 +7,7 @@ as one piece: they are rather bolted or clamped. A clevis that was milled from a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -258,14 +259,13 @@ def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     return False
 
 
-def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
+def left_out(graph: BrepGraph, trimmed: TrimmedFaces, whole: Sequence[tuple[int, int, str]]) -> list[Issue]:
     """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
 
-    Returns list of Issue. One for each solid with concave edges that looks as if made as one piece, the solid with most
-    edges first.
+    `whole`: As `find_whole_solids` returns them, each of which gets an issue.
     """
     told = []
-    for solid, count, why in find_whole_solids(graph, trimmed):
+    for solid, count, why in whole:
         name = graph.solid_names[solid]
         corners = counted(count, "inner corner")
         text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
