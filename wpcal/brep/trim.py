@@ -28,6 +28,7 @@ CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 ON_MERIDIAN_RAD = 1e-9
 """A piece of boundary whose ends are this near to a meridian runs along the meridian: angles round off at 1e-13."""
 SAME_PLACE = 1e-6  #: Crossings of a meridian that agree within this, mm or rad, are one place: two pieces meet there.
+BLOCK = 16  #: Pieces of boundary that are told apart from a box together.
 MOST_PAIRS = 500_000  #: Point and boundary-piece pairs handled in one array: about 50 MB.
 
 
@@ -108,7 +109,9 @@ class TrimmedFaces:
 
         The widest gap in their boundary is left out, unless the face holds it.
         """
-        owner, piece = np.concatenate([np.zeros((2, 0), dtype=np.int64), *map(np.stack, self._pairs(faces))], axis=1)
+        owner, piece = np.concatenate(
+            [np.zeros((2, 0), dtype=np.int64), *map(np.stack, _pairs(self.start, faces))], axis=1
+        )
         step = wrap_angle(self.uv1[piece] - self.uv0[piece])
         gaps = widest_gaps(self.uv0[piece, axis], step[:, axis], owner, len(faces))
         at = np.zeros((len(faces), 2))
@@ -184,13 +187,27 @@ class TrimmedFaces:
 
         The boxes have the corners `low` and `high`, shape (m, 3), in `part`, mm.
         """
-        found = [np.zeros((2, 0), dtype=np.int64)]
-        for row, piece in self._pairs(faces):
-            p0, p1 = self.p0[piece], self.p1[piece]
-            near = ((np.minimum(p0, p1) <= high[row]) & (np.maximum(p0, p1) >= low[row])).all(axis=1)
-            found.append(np.stack([row[near], piece[near]]))
+        found, (first, begin, least, most) = [np.zeros((2, 0), dtype=np.int64)], self._blocks
+        for row, block in _pairs(first, faces):
+            met = np.flatnonzero(((least[block] <= high[row]) & (most[block] >= low[row])).all(axis=1))
+            for own, piece in _pairs(begin, block[met]):
+                at, p0, p1 = row[met[own]], self.p0[piece], self.p1[piece]
+                near = ((np.minimum(p0, p1) <= high[at]) & (np.maximum(p0, p1) >= low[at])).all(axis=1)
+                found.append(np.stack([at[near], piece[near]]))
         row, piece = np.concatenate(found, axis=1)
         return row, piece
+
+    @cached_property
+    def _blocks(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """Blocks of pieces that follow each other: the first of each face, the first piece, and corners of each box."""
+        counts = -(-np.diff(self.start) // BLOCK)
+        first = np.concatenate([[0], np.cumsum(counts)])
+        number = np.arange(first[-1]) - np.repeat(first[:-1], counts)
+        begin = np.append(np.repeat(self.start[:-1], counts) + BLOCK * number, self.start[-1])
+        if len(begin) == 1:
+            return first, begin, np.zeros((0, 3)), np.zeros((0, 3))
+        low, high = np.minimum(self.p0, self.p1), np.maximum(self.p0, self.p1)
+        return first, begin, np.minimum.reduceat(low, begin[:-1]), np.maximum.reduceat(high, begin[:-1])
 
     def nearest_pieces(self, faces: IntArray, points: FloatArray) -> IntArray:
         """Return the piece of the boundary of each face, shape (m,), that is nearest to a point; -1 without a boundary.
@@ -198,24 +215,12 @@ class TrimmedFaces:
         The points have shape (m, 3), in `part`, mm.
         """
         nearest = np.full(len(faces), -1)
-        for row, piece in self._pairs(faces):
+        for row, piece in _pairs(self.start, faces):
             off = distance_to_segments(points[row], self.p0[piece], self.p1[piece])
             order = np.lexsort((off, row))
             first = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
             nearest[row[first]] = piece[first]
         return nearest
-
-    def _pairs(self, faces: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
-        """Yield pairs of a row of `faces` and a piece of that face's boundary, in chunks; rows are ascending."""
-        counts = self.start[faces + 1] - self.start[faces]
-        chunk = np.cumsum(counts) // MOST_PAIRS
-        for rows in np.split(np.arange(len(faces)), np.flatnonzero(np.diff(chunk)) + 1):
-            count = counts[rows]
-            row = np.repeat(rows, count)
-            before = np.cumsum(count) - count
-            piece = np.arange(len(row)) + np.repeat(self.start[faces[rows]] - before, count)
-            if len(row):
-                yield row, piece
 
     def _crossings(
         self, faces: IntArray, uv: FloatArray, row: IntArray, piece: IntArray
@@ -285,7 +290,7 @@ class TrimmedFaces:
         """
         inside, on_boundary = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
         torus = self.graph.face_kind[faces] == SurfaceKind.TORUS
-        for row, piece in self._pairs(faces):
+        for row, piece in _pairs(self.start, faces):
             aside = (np.abs(wrap_angle(uv[piece, 0] - u[row])) for uv in (self.uv0, self.uv1))
             on_boundary[row[np.maximum(*aside) <= ON_MERIDIAN_RAD]] = True
             rise, v0 = self._rise[piece], self.uv0[piece, 1] - self._steepest[faces[row]]
@@ -352,3 +357,17 @@ def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> 
     share = np.clip(along / np.where(square > 0, square, 1.0), 0.0, 1.0)
     off = r - share[:, None] * d
     return np.asarray(np.sqrt(np.einsum("ki,ki->k", off, off)), dtype=np.float64)
+
+
+def _pairs(start: IntArray, rows: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield pairs of a place in `rows`, and an item of that row; places are ascending.
+
+    `start`: The items of row i are ``start[i]`` to ``start[i + 1] - 1``.
+    """
+    counts = start[rows + 1] - start[rows]
+    chunk = np.cumsum(counts) // MOST_PAIRS
+    for own in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(chunk)) + 1):
+        count = counts[own]
+        at = np.repeat(own, count)
+        if len(at):
+            yield at, np.arange(len(at)) + np.repeat(start[rows[own]] - (np.cumsum(count) - count), count)
