@@ -26,19 +26,13 @@ class BuildPart(Protocol):
     part: Any
 
 
-class Workplane(Protocol):
-    """CadQuery's."""
+class CadQuery(Protocol):
+    """A `Workplane` or an `Assembly`."""
 
-    objects: list[Any]
-
-
-class Assembly(Protocol):
-    """CadQuery's."""
-
-    children: list[Any]
+    objects: Any
 
 
-ScriptShapes: TypeAlias = Shape | BuildPart | Workplane | Assembly | Iterable[Shape]
+ScriptShapes: TypeAlias = Shape | BuildPart | CadQuery | Iterable[Shape]
 
 
 def script_shapes(given: ScriptShapes) -> tuple[Any, ...]:

@@ -17,8 +17,7 @@ import numpy as np
 from wpcal.brep.boundaries import sample_boundaries
 from wpcal.brep.boxes import FAR_MM, BoxTree
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
-from wpcal.brep.patch_boxes import PatchBoxes, patch_corners
-from wpcal.brep.ring_boxes import ring_boxes, widest_gaps
+from wpcal.brep.patch_boxes import PatchBoxes, patch_corners, ring_boxes, widest_gaps
 from wpcal.brep.strips import Strips
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 

@@ -29,10 +29,9 @@ from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps, find_slits
 from wpcal.seam.find.strips import drawn_beads, find_strips
 from wpcal.seam.find.wide_gaps import find_wide_gaps
-from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.hiding import with_hiding
-from wpcal.seam.judge.left_over import doubt_what_is_buried, doubt_what_is_left
+from wpcal.seam.judge.other_joints import doubt_what_fixes_bolts, doubt_what_is_buried, doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach

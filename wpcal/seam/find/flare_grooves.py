@@ -11,8 +11,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.flare import FlareSearch, Grooves
-from wpcal.seam.find.flare_ends import exact_ends
-from wpcal.seam.find.flare_rims import along_rims
+from wpcal.seam.find.flare_ends import along_rims, exact_ends
 from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_groove_roots
 from wpcal.seam.find.flare_shape import measure_grooves
 from wpcal.seam.find.joint import JoinedPieces
