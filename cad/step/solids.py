@@ -11,8 +11,8 @@ from OCP.BRepCheck import BRepCheck_Shell, BRepCheck_Status
 from OCP.BRepLib import BRepLib
 
 from cad.kernel.call import KernelObject
+from cad.kernel.geometry import has_triangles_only
 from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, ancestors, compound, loose_shapes, shell_of, sub_shapes
-from cad.step.tessellated import count_tessellated, tessellated_issue
 from wpcal.core.issue import Issue
 
 SEWING_TOLERANCES_MM = (0.01, 0.03, 0.1)
@@ -43,9 +43,9 @@ def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
         issue = Issue("wires-only" if edges else "empty-part", f"{name or 'a part'} holds {what}", _ids(name))
         return LeafShapes((), (issue,), has_faces=False)
     issues: list[Issue] = []
-    tessellated = count_tessellated(faces)
+    tessellated = sum(map(has_triangles_only, faces))
     if tessellated:
-        issues.append(tessellated_issue(name, tessellated, len(faces)))
+        issues.append(_tessellated_issue(name, tessellated, len(faces)))
     bodies = [] if tessellated == len(faces) else _bodies(name, shape, issues)
     loose_edges = len(loose_shapes(shape, EDGE, FACE))
     if loose_edges:
@@ -143,3 +143,14 @@ def _sewing_issue(name: str, what: str) -> Issue:
 
 def _ids(name: str) -> tuple[str, ...]:
     return (name,) if name else ()
+
+
+def _tessellated_issue(name: str, count: int, total: int) -> Issue:
+    """Report that `count` of the `total` faces of a product are tessellated; `name` is empty for a nameless product.
+
+    Nothing is found on such faces (AP242). A part that has no others gives no solid; it can still be moved.
+    `cad.kernel.to_brep` gives such a face the kind `SurfaceKind.NONE`.
+    """
+    what = "triangles only and no exact surface; nothing can be found on them"
+    message = f"{name or 'a part'}: {count} of {total} faces have {what}"
+    return Issue("tessellated-faces", message, (name,) if name else ())

@@ -111,9 +111,4 @@ def read_raw(path: Path) -> Any:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:]:
-        sys.stdout.write(json.dumps(measure(Path(sys.argv[1]), int(sys.argv[2]))))
-    else:
-        from rich.console import Console
-
-        Console().print(main())
+    sys.stdout.write(json.dumps(measure(Path(sys.argv[1]), int(sys.argv[2]))))

@@ -203,8 +203,6 @@ class TrimmedFaces:
         first = np.concatenate([[0], np.cumsum(counts)])
         number = np.arange(first[-1]) - np.repeat(first[:-1], counts)
         begin = np.append(np.repeat(self.start[:-1], counts) + BLOCK * number, self.start[-1])
-        if len(begin) == 1:
-            return first, begin, np.zeros((0, 3)), np.zeros((0, 3))
         low, high = np.minimum(self.p0, self.p1), np.maximum(self.p0, self.p1)
         return first, begin, np.minimum.reduceat(low, begin[:-1]), np.maximum.reduceat(high, begin[:-1])
 

@@ -73,9 +73,7 @@ FINALISTS = 24
 """Best sets of the search whose error is then predicted for the criterion asked for, over all seam points."""
 CLEAR_SWAP = 4.0
 """An exchange of names is seen in the residuals if it leaves this many times the sum of squares of teaching errors."""
-FEW_SEAM_POINTS = 1024
-"""The error along more points is first predicted at those farthest out: of 24 sets, two or three are then judged by all
-60 000 points of a large part."""
+FEW_SEAM_POINTS = 1024  #: Along more points the error is first predicted at those farthest out, and then for few sets.
 DRAWN = 1.03  #: Errors that are drawn are good to this factor.
 ROUND_OFF = 1e-4  #: The search looks quantiles up in a table, which is far more exact than this share.
 SWAP_PRICE = 1.25

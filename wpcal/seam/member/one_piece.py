@@ -23,8 +23,8 @@ from wpcal.core.wording import counted
 from wpcal.seam.find.built_up import LEAST_BUILT_UP, are_round, built_up_share, is_turned, sampled_surface
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.covered import count_solids
-from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.strips import drawn_beads, find_strips
+from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, lugs_of, members_of
@@ -292,3 +292,12 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
         for solid, count, why in asked
         if why is not None or not _inner_corners(graph, trimmed, solid)
     ]
+
+
+def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:
+    """Tell which solids are crumbs: the diagonal of their box is shorter than the shortest seam, shape (S,).
+
+    A cut or a failed union leaves them behind. A solid that touches crumbs only is searched for welds inside it.
+    """
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    return np.asarray(np.linalg.norm(np.maximum(high - low, 0.0), axis=1) < LEAST_SEAM_MM, dtype=bool)
