@@ -14,7 +14,7 @@ from wpcal.core.errors import InputError
 _CADQUERY = "cadquery"
 
 
-class Shape(Protocol):
+class ScriptShape(Protocol):
     """A shape of build123d or CadQuery."""
 
     wrapped: Any  #: The kernel's shape.
@@ -32,7 +32,7 @@ class CadQuery(Protocol):
     objects: Any
 
 
-ScriptShapes: TypeAlias = Shape | BuildPart | CadQuery | Iterable[Shape]
+ScriptShapes: TypeAlias = ScriptShape | BuildPart | CadQuery | Iterable[ScriptShape]
 
 
 def script_shapes(given: ScriptShapes) -> tuple[Any, ...]:
