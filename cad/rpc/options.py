@@ -65,10 +65,10 @@ def words_of(options: Iterable[click.Option], values: Mapping[str, Any]) -> list
 def _words(option: click.Option, name: str, value: Any) -> list[str]:
     flag, kind = f"--{name.replace('_', '-')}", _type_of(option)
     is_flag_alone = kind == _TRUTH or option._flag_needs_value
-    if value is None or (value is False and is_flag_alone):
+    if value is None:
         return []
-    if value is True and is_flag_alone:
-        return [flag]
+    if is_flag_alone and isinstance(value, bool):
+        return [flag] * value
     expected, types = _TAKEN[kind]
     if isinstance(value, bool) or not isinstance(value, types) or (kind == _WHOLE and value != int(value)):
         raise InputError(f"options: {name}: expected {expected}, got {shown(value)}")

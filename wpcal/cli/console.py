@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING, Any, cast
 
 from rich import box
 from rich.console import Console
-from rich.table import Column, Table
+from rich.table import Table
 from rich.text import Text
 
 from wpcal.cli.streams import PrintableText
@@ -79,11 +79,11 @@ def show_notes(issues: Iterable[Issue], console: Console) -> None:
 
 def _fit(table: Table, width: int) -> int:
     """Give the columns of a table that is too wide their widths. Return the width of the table, 0 if it fits."""
-    lines = [[line for text in _texts(column) for line in text.splitlines()] for column in table.columns]
-    natural = [max(map(len, column), default=0) for column in lines]
+    texts = ["\n".join([str(column.header), *map(str, column.cells)]) for column in table.columns]
+    natural = [max(map(len, text.splitlines()), default=0) for text in texts]
     if not natural or sum(natural) + BORDER * len(natural) + 1 <= width:
         return 0
-    least = [max((len(word) for line in column for word in line.split()), default=0) for column in lines]
+    least = [max(map(len, text.split()), default=0) for text in texts]
     table.box, table.padding, table.show_edge = box.SIMPLE_HEAD, (0, 0), False  # one space between two columns
     spaces = len(least) - 1
     spare = max(width - sum(least) - spaces, 0)
@@ -92,7 +92,3 @@ def _fit(table: Table, width: int) -> int:
         spare -= more
         column.width, column.no_wrap = low + more, False
     return sum(column.width or 0 for column in table.columns) + spaces
-
-
-def _texts(column: Column) -> list[str]:
-    return [str(column.header), *(str(cell) for cell in column.cells)]

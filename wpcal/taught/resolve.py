@@ -44,19 +44,19 @@ def touches_of(
     """
     rows = [i for i, word in enumerate(taught.use) if word == use]
     finder = _Finder(taught, trimmed, features, T_nominal_part)
-    found = [finder.target(row) for row in rows]
+    kinds, indices, points = list(zip(*map(finder.target, rows), strict=True)) or ((), (), ())
     targets = GraphTargets(
         trimmed,
-        np.array([kind for kind, _, _ in found], dtype=np.int64),
-        np.array([index for _, index, _ in found], dtype=np.int64),
-        np.array([point for _, _, point in found], dtype=np.float64).reshape(-1, 3),
+        np.array(kinds, dtype=np.int64),
+        np.array(indices, dtype=np.int64),
+        np.array(points, dtype=np.float64).reshape(-1, 3),
     )
     return Touches(
         tuple(taught.names[i] for i in rows),
         taught.p_base[rows],
         np.zeros(len(rows)) if taught.radius_mm is None else taught.radius_mm[rows],
         targets,
-        tuple(finder.words(i, index) for i, (_, index, _) in zip(rows, found, strict=True)),
+        tuple(map(finder.words, rows, indices)),
         None if taught.covariances is None else taught.covariances[rows],
         taught.space,
         np.arange(len(rows)),

@@ -101,17 +101,18 @@ def _chosen(program: TaughtProgram, names: Sequence[str] | None) -> list[Program
     points, path = program.found.points, program.path
     if not points:
         raise FormatError("holds no stored positions", path=path)
-    lines: dict[str, int] = {}
-    wanted = None if names is None else set(names)
-    for point in points:
-        if point.name in lines and (wanted is None or point.name in wanted):
+    known = dict.fromkeys(point.name for point in points)
+    asked = known if names is None else dict.fromkeys(names)
+    chosen, lines = [point for point in points if point.name in asked], dict[str, int]()
+    for point in chosen:
+        if point.name in lines:
             what = f"the point {point.name!r} appears twice, first in line {lines[point.name]}"
             raise FormatError(what, path=path, line=point.line)
         lines[point.name] = point.line
-    missing = [name for name in names or () if name not in lines]
+    missing = [name for name in asked if name not in known]
     if missing:
-        raise FormatError(f"has no point {listed(missing)}; it has {listed(lines)}", path=path)
-    return [point for point in points if wanted is None or point.name in wanted]
+        raise FormatError(f"has no point {listed(missing)}; it has {listed(known)}", path=path)
+    return chosen
 
 
 class _Places:

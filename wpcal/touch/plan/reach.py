@@ -101,8 +101,8 @@ class ArmReach:
         home = self.cell.home
         at = np.stack([home, *(self._whole(joints[k][1][0]) for k in others)])
         n = len(at)
-        pairs = np.array([[i, j] for i in range(n) for j in range(n)])
-        cost = axis_seconds(at[pairs[:, 0]], at[pairs[:, 1]], self.cell.speeds).reshape(n, n)
+        first, second = np.indices((n, n)).reshape(2, -1)
+        cost = axis_seconds(at[first], at[second], self.cell.speeds).reshape(n, n)
         order = [*posts, *(others[k - 1] for k in shortest_order(cost, first=0)[1:].tolist())]
         planner = AirPlanner(self.cell, MotionChecker(self.cell, self.clearance))
         searches, before, number = list[Search](), home, 0
