@@ -120,7 +120,7 @@ def slow(path: Path) -> bool:
 
 
 def main(arguments: list[str]) -> int:
-    """Run ruff, mypy's daemon and the tests; return the first exit code that is not 0."""
+    """Run ruff, mypy and the tests; return the first exit code that is not 0."""
     changed = [ROOT / name for name in arguments if name != "--list"] or changed_files()
     names = [str(path.relative_to(ROOT)) for path in near_tests(changed)]
     if "--list" in arguments:
@@ -135,7 +135,7 @@ def main(arguments: list[str]) -> int:
         steps += [
             [f"{tools}/ruff", "format", "--check", *python],
             [f"{tools}/ruff", "check", *python],
-            [f"{tools}/dmypy", "run"],
+            [f"{tools}/mypy"],
         ]
     if names:
         pytest = ("-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "-m", "not deep")

@@ -2,13 +2,11 @@
 
 import random
 import signal
-from collections import Counter
 
 import pytest
 
 from tests.attack.__main__ import NEVER
 from tests.attack.faults import Job, kill_at_random, write_twice
-from tests.attack.picker import end_while_reading, end_while_serving
 from tests.e2e.every_command import write_inputs
 
 
@@ -24,26 +22,12 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     )
 
 
-def harm(found: Counter[str]) -> dict[str, int]:
-    return {what: found[what] for what in NEVER if found[what]}
-
-
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_killed_at_random_moments(job: Job, number: signal.Signals) -> None:
-    assert harm(kill_at_random(job, number, 3, random.Random(15))) == {}
-
-
-@pytest.mark.deep
-def test_signals_end_the_picker(job: Job) -> None:
-    """SIGHUP made the server hang when a page was connected."""
-    served = end_while_serving(job.folder, (signal.SIGHUP,))
-    assert harm(served) == {}
-    assert served["draft kept"] == 1
-    assert harm(end_while_reading(job.folder, 2, random.Random(15), longest_s=2.0)) == {}
+    assert not {*NEVER} & {*+kill_at_random(job, number, 3, random.Random(15))}
 
 
 @pytest.mark.parametrize("force", [True, False])
 def test_two_writers(job: Job, force: bool) -> None:
     found = write_twice(job, 1, force=force)
-    assert harm(found) == {}
-    assert found["temporary folder left"] == 0
+    assert not {*NEVER, "temporary folder left"} & {*+found}

@@ -2,6 +2,7 @@
 
 import random
 import shutil
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from tests.cad.batch_faults import JOBS, Moment, Place, Reference, contents, mom
 from tests.running import needs_proc
 
 pytestmark = needs_proc
-CHAIN, MOMENTS, AT_ONCE = 3, 50, 5  #: Moments in CI, those of the deep run, and how many of them are one test.
+PLACES, AT_ONCE, AGAIN = 25, 5, 2  #: Batches, how many of them are one test, and how often each is killed.
 CODES = (1, 2, -9)
 """Of a batch that is killed: a job of it is FAIL; a process was ended that others need; the command itself."""
 
@@ -54,24 +55,14 @@ def resume(reference: Reference, place: Place) -> None:
 
 
 @pytest.mark.deep
-def test_a_batch_that_is_killed_again_and_again_ends_as_if_it_had_not_been(
-    reference: Reference, tmp_path: Path
-) -> None:
-    """Each time it is continued, and killed again."""
-    rng = random.Random(21)
-    place = begin(reference, tmp_path / "chain", rng)
-    for moment in moments(CHAIN, rng, changes=reference.changes, seconds=reference.seconds):
-        kill(reference, place, moment)
-    resume(reference, place)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("seed", range(MOMENTS // AT_ONCE))
-def test_killed_at_fifty_moments_and_continued_all_is_as_without_it(
+@pytest.mark.parametrize("seed", range(PLACES // AT_ONCE))
+def test_killed_at_fifty_moments_and_continued_twice_all_is_as_without_it(
     seed: int, reference: Reference, tmp_path: Path
 ) -> None:
     rng = random.Random(seed)
-    for row, moment in enumerate(moments(AT_ONCE, rng, changes=reference.changes, seconds=reference.seconds)):
+    every = moments(AT_ONCE * AGAIN, rng, changes=reference.changes, seconds=reference.seconds)
+    for row in range(AT_ONCE):
         place = begin(reference, tmp_path / f"{row}", rng)
-        kill(reference, place, moment)
+        for moment in islice(every, AGAIN):
+            kill(reference, place, moment)
         resume(reference, place)

@@ -5,6 +5,7 @@ import pytest
 
 from wpcal.calibrate.observe.motions import left_jacobian
 from wpcal.calibrate.solve.ties import break_ties
+from wpcal.calibrate.trust.held_motions import free_words
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation
 
@@ -49,3 +50,18 @@ def test_of_the_turns_about_the_carrying_line_that_keep_the_limit_the_least_squa
         assert found.sum() <= tried[allowed].sum(axis=1).min() * (1 + 1e-12)
         limited += tried.sum(axis=1).min() < 0.99 * found.sum()
     assert limited >= 5
+
+
+@pytest.mark.parametrize(
+    ("omega", "advance_mm", "said"),
+    [
+        ([0, 0, -2], 0, "turns about the axis (0 0 1) through (30 -50 0)"),
+        ([0, 3, 0], 7, "screws about the axis (0 1 0) through (30 0 4), 44 mm a turn"),
+        ([0, 0, 0], 9, "slides along (0 0 1)"),
+    ],
+)
+def test_a_free_motion_is_said_as_its_axis(omega: list[float], advance_mm: float, said: str) -> None:
+    pivot, at, way = np.array([10.0, 20, 5]), np.array([30.0, -50, 4]), np.array(omega, dtype=float)
+    slide = advance_mm * way if way.any() else np.array([0, 0, -advance_mm])
+    xi = np.concatenate([250.0 * way, np.cross(way, pivot - at) + slide])
+    assert free_words(xi[None], pivot, 250.0, ()) == said

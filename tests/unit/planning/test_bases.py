@@ -70,20 +70,14 @@ def test_points_that_do_not_agree_miss_the_tolerance_and_are_written(cell_json, 
     assert (tmp_path / "out" / "cell.json").exists()
 
 
-def test_points_in_a_line_are_refused(cell_json, tmp_path):
+def test_points_in_a_line_two_points_and_a_missing_column_are_refused(cell_json, tmp_path):
     line = "\n".join(f"P{i},{i},0,0,{i},0,0" for i in range(1, 5))
     (tmp_path / "touched.csv").write_text(",".join(["name", *BASE1_COLUMNS, *BASE2_COLUMNS]) + "\n" + line + "\n")
     with pytest.raises(GeometryError):
         measure_bases(cell_json, read_base_points(tmp_path / "touched.csv"), tolerance_mm=0.5)
-
-
-def test_two_points_are_too_few(tmp_path):
     write_touched(tmp_path / "touched.csv", TRUTH, n=2)
     with pytest.raises(FormatError, match="at least 3 points that both robots touched, got 2"):
         read_base_points(tmp_path / "touched.csv")
-
-
-def test_a_missing_column_is_named(tmp_path):
     (tmp_path / "touched.csv").write_text("name,base1_x_mm\nP1,1\n")
     with pytest.raises(FormatError, match="base1_y_mm"):
         read_base_points(tmp_path / "touched.csv")

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_parts import as_features, pattern_points, random_points, random_pose, touched
 
 from tests.few import few
+from tests.unit.taught.match.random_parts import as_features, pattern_points, random_points, random_pose, touched
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError
 from wpcal.core.transform import RigidTransform

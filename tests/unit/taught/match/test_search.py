@@ -4,8 +4,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from random_parts import pattern_points, random_points, touched
 
+from tests.unit.taught.match.random_parts import pattern_points, random_points, touched
 from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.taught.match import find_assignments
