@@ -23,6 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("wpcal", "cad", "tests")
 _TARGET = re.compile(r"^((?:wpcal|cad)(?:\.\w+)+)(?::\w+)?$")
+QUICK = ("unit", "laws", "golden", "lint")  #: Folders whose tests seldom run a command, the kernel or a browser.
 MOST_FILES = 20
 """Test files beyond this many take longer than a minute: the nearest ones are run, and the others are counted."""
 
@@ -110,13 +111,8 @@ def source_of(path: Path) -> list[Path]:
 def near_tests(changed: Iterable[Path]) -> list[Path]:
     """Return the test files that a change reaches: nearest first; of those, quick folders first."""
     reached = distances([source for path in changed for source in source_of(path)])
-    tests = [(hops, slow(path), path) for path, hops in reached.items() if path.name.startswith("test_")]
-    return [path for *_, path in sorted(tests)]
-
-
-def slow(path: Path) -> bool:
-    """Whether a test file is of a folder whose tests run whole commands, the kernel, FreeCAD or a browser."""
-    return path.relative_to(ROOT).parts[1] not in ("unit", "laws", "golden", "lint")
+    tests = [path for path in reached if path.name.startswith("test_")]
+    return sorted(tests, key=lambda path: (reached[path], path.relative_to(ROOT).parts[1] not in QUICK, path))
 
 
 def main(arguments: list[str]) -> int:
