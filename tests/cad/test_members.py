@@ -106,6 +106,24 @@ def test_a_lug_that_is_too_thick_for_a_plate_is_welded_to_slender_members() -> N
     assert around == {"lug": pytest.approx(2 * 135.0), "block": 0}
 
 
+def test_a_plate_that_lies_on_another_one_is_a_member() -> None:
+    dome = Sphere(90) & Pos(0, 0, -50) * Box(200, 200, 100)  # nothing explains it
+    body = Pos(0, 0, 5) * Box(300, 200, 10) + dome + Pos(60, 0, 13) * Box(260, 120, 6)
+    accepted = [seam for seam in fused_seams(body) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) >= 2 * 220.0 + 120.0
+
+
+def test_a_tube_is_known_by_its_bore_whatever_covers_its_outside() -> None:
+    tube = Box(100, 60, 600, align=ALONG) - Box(88, 48, 600, align=ALONG)
+    rails = [Pos(0, 33 * side, 200 * (side > 0)) * Box(30, 6, 400, align=ALONG) for side in (-1, 1)]
+    found = members_of(*graph_of(tube + rails), 0)
+    (known,) = (one for one in found.members if one.kind is MemberKind.TUBE)
+    assert (known.length_mm, known.thickness_mm, *known.section) == pytest.approx((600.0, 6.0, 60.0, 100.0))
+    assert found.share > 0.98
+    milled = Box(100, 60, 600, align=ALONG) - Pos(5, 0, 0) * Box(60, 40, 600, align=ALONG)
+    assert all(one.kind is not MemberKind.TUBE for one in members_of(*graph_of(milled + rails), 0).members)
+
+
 @pytest.mark.parametrize(("play", "welds"), [(0.0, 2), (0.2, 2), (0.8, 0)])
 def test_members_of_one_body_are_welded_over_the_play_between_them(play: float, welds: int) -> None:
     rib = Pos(6 + play, -3, 8) * Box(90 - play, 6, 70, align=Align.MIN)

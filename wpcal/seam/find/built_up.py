@@ -28,7 +28,8 @@ THICKNESSES = 3
 """A weldment is cut from this many thicknesses of plate at most; what has others does not count. Round tubes count
 whatever their walls: a bicycle frame has five."""
 SAME_THICKNESS = 0.02  #: Relative difference of thicknesses that are one.
-POINTS = 600  #: Random points on the surface of a solid that are to be explained.
+POINTS, POINTS_A_FACE = 600, 10
+"""Random points on the surface of a solid that are to be explained: at least so many, and so many for each face."""
 LINES, ROUNDS = 500, 40  #: Random lines per round, and most rounds.
 LOOKS = ((60, 0.35), (250, 0.15), (1200, 0.0))
 """Points on the surface that are looked at. A share that is lower than `LEAST_BUILT_UP` by so much is the answer (more
@@ -93,9 +94,9 @@ class Surface:
 
 
 def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surface:
-    """Return about `POINTS` points on the surface of a solid."""
-    lines = _Lines.known(trimmed, solid)
-    sent = lines.send(graph, trimmed, graph.face_solid == solid, POINTS)
+    """Return about `POINTS` points on the surface of a solid, or `POINTS_A_FACE` for each face if these are more."""
+    lines, own = _Lines.known(trimmed, solid), graph.face_solid == solid
+    sent = lines.send(graph, trimmed, own, max(POINTS, POINTS_A_FACE * int(own.sum())))
     rows = np.flatnonzero(np.linalg.norm(lines.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE)
     mm2 = 2.0 * np.pi * lines.radius**2 / (sent * LINES)
     return Surface(lines.p[rows], lines.normal[rows], lines.face[rows], lines.thick[rows], lines.facing[rows], mm2)

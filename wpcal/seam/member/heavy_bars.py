@@ -25,8 +25,8 @@ SLENDER = 6.0  #: A bar is longer than this, in widths.
 THIN_MM = 9.0  #: Steel parts with heavy bars have tubes, profiles, gussets or foot plates that are thinner.
 FEWEST = 2  #: One solid bar may be a shaft or a rail, one frame may be fused.
 SPREAD = 3.0  #: A body is a frame if its box is wider than this, in widths of its bar, across its longest side, too.
-SLAB_MM, SLAB_MM2 = 25.0, 0.25e6
-"""A slab is thicker and larger than this: as steel it would weigh 49 kg. Foot plates and table tops of steel are
+SLAB_MM, SLAB_MM2 = 20.0, 0.25e6
+"""A slab is thicker and larger than this: as steel it would weigh 39 kg. Foot plates and table tops of steel are
 thinner or smaller."""
 LEAST_SHARE = 0.1  #: A thickness counts if so much of the plane surface has it or less: not a notch or a chamfer.
 ACROSS_COS = 0.3  #: Faces are across to each other within 17 degrees of square.

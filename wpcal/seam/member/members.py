@@ -21,11 +21,19 @@ from wpcal.brep.surfaces import off_axis, project_to_faces, square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import linked_groups
-from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP, OPPOSITE_COS, SAME_THICKNESS, Surface, sampled_surface
+from wpcal.seam.find.built_up import (
+    FLATTEST,
+    LEAST_BUILT_UP,
+    OPPOSITE_COS,
+    SAME_THICKNESS,
+    SKIN_MM,
+    Surface,
+    sampled_surface,
+)
 from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.find.tubes import find_tubes
 from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
-from wpcal.seam.member.prisms import Contour, Prism, find_prisms
+from wpcal.seam.member.prisms import FEWEST_EDGES, Contour, Prism, find_prisms
 
 COST_ROOT = 0.02  #: Of two that explain as much, the one with fewer inner corners is taken.
 COST_UNEXPLAINED = 0.6  #: A face of which nothing is explained costs as much as so many members.
@@ -49,6 +57,7 @@ SMALLEST_PROFILE_MM, THICKEST_PROFILE_MM = 10.0, 40.0
 BOX_MM, BOX_WALL = 150.0, 0.1
 """Hollow sections with sharp corners that are so wide, shorter than wide, and whose wall is thinner than this share of
 the shorter side, are boxes of plates."""
+MOST_COVERED = 1  #: Sides of a tube of which nothing shows how thick its wall is.
 SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
 SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 """A slender plate, bar or profile is thinner than this share of the root of its area; a slender tube has a wall thinner
@@ -153,16 +162,22 @@ class Decomposition:
         solid = [one.is_drawn_solid for one in self.members]
         return any(solid) and not all(solid)
 
+    @property
+    def is_moulded(self) -> bool:
+        """Tell whether there are walls as thin as moulded ones, and no member that is bought or cut."""
+        stock = (MemberKind.TUBE, MemberKind.ROUND, MemberKind.PROFILE)
+        is_stock = any(one.is_slender or one.is_drawn_solid or one.kind in stock for one in self.members)
+        return not is_stock and any(one.thickness_mm <= MOULDED_MM for one in self.members)
+
     def is_between(self, one: int, other: int) -> bool:
         """Tell whether two faces are on different members, both slender."""
         own = [{k for k, faces in enumerate(self.explained) if face in faces} for face in (one, other)]
         slender = [any(self.members[k].is_slender for k in members) for members in own]
         return all(slender) and not own[0] & own[1]
 
-    def is_root(self, one: int, other: int) -> bool:
-        """Tell whether the corner between two faces is a root of a rolled profile."""
-        profiles = (member for member in self.members if member.kind is MemberKind.PROFILE)
-        return any((min(one, other), max(one, other)) in member.roots for member in profiles)
+    def is_inside(self, one: int, other: int) -> bool:
+        """Tell whether one member explains two faces: a corner between them was rolled, bent or cut with it."""
+        return any(one in faces and other in faces for faces in self.explained)
 
     def around(self, faces: tuple[int, int], way: FloatArray, length_mm: float) -> Member | None:
         """Return the member inside which a straight corner between two faces is.
@@ -224,8 +239,14 @@ def _explained(
 ) -> tuple[frozenset[int], ...]:
     """Return, of each member, its sides and the faces of which it explains nearly all points."""
     count = np.bincount(surface.face, minlength=graph.face_count)
-    on = [np.bincount(surface.face[own], minlength=len(count)) > LEAST_OF_FACE * count for own in covers]
-    return tuple(one.faces.union(np.flatnonzero(own).tolist()) for one, own in zip(members, on, strict=True))
+    found = []
+    for one, own in zip(members, covers, strict=True):
+        on = np.bincount(surface.face[own], minlength=len(count))
+        faces = one.faces | one.rims
+        if one.rims & one.faces:  # it was cut across a body: a face that goes on is not of a plate
+            faces = faces.difference(np.flatnonzero(on <= LEAST_OF_FACE * count).tolist())
+        found.append(faces.union(np.flatnonzero(on > LEAST_OF_FACE * count).tolist()))
+    return tuple(found)
 
 
 def _cheapest(cost: FloatArray, covers: BoolArray, face: IntArray) -> BoolArray:
@@ -264,14 +285,17 @@ def _hypotheses(
                 is_stub &= member.kind is MemberKind.PROFILE
                 if not (is_stub or member.is_stout) or cover.mean() >= WHOLE:
                     yield member, cover
+        else:
+            yield from _round_bore(surface, stretch)
     yield from _rounds(graph, trimmed, solid, surface)
     yield from _sheets(graph, _smooth_edges(graph, solid), surface)
 
 
-def _beside(graph: BrepGraph, faces: frozenset[int] | set[int]) -> set[int]:
-    """Return the faces that share an edge with some faces, without these."""
-    own = np.isin(graph.edge_faces, list(faces))
-    return set(graph.edge_faces[own.any(axis=1)].ravel().tolist()) - set(faces) - {-1}
+def _beside(graph: BrepGraph, faces: frozenset[int] | set[int], edges: IntArray | None = None) -> set[int]:
+    """Return the faces that share an edge with some faces, or one of some edges, without these."""
+    sides = graph.edge_faces if edges is None else graph.edge_faces[edges]
+    own = np.isin(sides, list(faces))
+    return set(sides[own.any(axis=1)].ravel().tolist()) - set(faces) - {-1}
 
 
 def lugs_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[frozenset[int]]:
@@ -300,13 +324,15 @@ def _plates(
     keys = np.round(np.column_stack([n * 1e3, low / 0.05, high / 0.05]))
     _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     planes = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.PLANE))
+    hollow = _hollow_edges(graph, solid)
     for number, row in enumerate(first.tolist()):
         own = rows[of.ravel() == number]
         faces = set(surface.face[own].tolist())
         way, t = n[row], float(high[row] - low[row])
         height = graph.face_frame[planes, 0] @ way
-        parallel = np.abs(graph.face_frame[planes, 3] @ way) > ON_COS
-        on = parallel & ((np.abs(height - low[row]) <= 0.05) | (np.abs(height - high[row]) <= 0.05))
+        cos = graph.face_outward[planes] * (graph.face_frame[planes, 3] @ way)
+        on = (cos < -ON_COS) & (np.abs(height - low[row]) <= 0.05)
+        on |= (cos > ON_COS) & (np.abs(height - high[row]) <= 0.05)
         both = frozenset(faces | set(planes[on].tolist()))
         flat = np.isin(surface.face, list(both)) & (np.abs(surface.thick - t) <= SAME_THICKNESS * t + ON_MM)
         wide = float(np.sqrt(flat.sum() * surface.mm2 / 2.0))
@@ -314,6 +340,7 @@ def _plates(
             continue
         beside = np.array(sorted(_beside(graph, both)), dtype=np.int64)
         rim = np.isin(surface.face, beside)
+        flat |= _goes_on_behind(surface, flat, both, t)
         at_all = surface.p @ way
         rim &= (np.abs(surface.normal @ way) < 1.0 - ON_COS + 0.02) & (at_all > low[row] - ON_MM)
         rim &= at_all < high[row] + ON_MM
@@ -322,6 +349,7 @@ def _plates(
             continue
         ends = np.array([np.quantile(trimmed.heights(face, way), (0.0, 1.0)) for face in beside.tolist()])
         is_rim = (np.abs(ends - [low[row], high[row]]) <= ON_RIM_MM).all(axis=1)
+        is_rim &= ~np.isin(beside, list(_beside(graph, both, hollow)))  # what stands on it
         yield (
             Member(
                 kind,
@@ -334,6 +362,13 @@ def _plates(
             ),
             flat | rim,
         )
+
+
+def _goes_on_behind(surface: Surface, flat: BoolArray, sides: frozenset[int], thick: float) -> BoolArray:
+    """Tell where something stands on the other side of a plate: points on sides that are mostly as thick as it."""
+    on, of_plate = (np.bincount(surface.face[own], minlength=surface.face.max() + 1) for own in (..., flat))
+    whole = np.isin(surface.face, list(sides)) & (of_plate >= SOLID_SHARE * on)[surface.face]
+    return np.asarray(whole & (surface.thick > thick))
 
 
 def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:
@@ -376,7 +411,8 @@ def _around_mm(contour: Contour) -> float:
 def _profile(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> tuple[MemberKind | None, float]:
     """Return how thick a section with roots is on average, and whether it is one that is rolled."""
     thick = 2.0 * stretch.contour.area_mm2 / max(_around_mm(stretch.contour), ON_MM)
-    is_size = stretch.sides_mm[1] >= max(SMALLEST_PROFILE_MM, thick / THIN_SECTION) and thick <= THICKEST_PROFILE_MM
+    is_size = stretch.sides_mm[1] >= max(SMALLEST_PROFILE_MM, thick / THIN_SECTION)
+    is_size = is_size and ON_MM < thick <= THICKEST_PROFILE_MM
     return MemberKind.PROFILE if is_size and _is_rolled(graph, stretch, others) else None, thick
 
 
@@ -399,6 +435,35 @@ def _is_box(stretch: Prism, thick: float) -> bool:
     """Tell whether a hollow section is so wide, short and thin that four plates were rather put together."""
     sides = stretch.sides_mm
     return bool(sides[1] >= BOX_MM and stretch.length_mm < sides[1] and thick <= BOX_WALL * sides[0])
+
+
+def _round_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolArray]]:
+    """Yield the tube round a long bore with one wall, whatever covers its outside: nobody drills corners."""
+    inside = np.isin(surface.face, list(bore.faces))  # past a mitre, too
+    thin = inside & surface.flat
+    walls = _commonest(surface.thick[thin], SAME_THICKNESS)
+    if len(bore.contour.faces) < FEWEST_EDGES or bore.length_mm < SLENDER * bore.sides_mm[1] or not walls:
+        return
+    is_wall = [np.abs(surface.thick - wall) <= SAME_THICKNESS * wall for wall in walls]
+    most = int(np.argmax([np.count_nonzero(thin & same) for same in is_wall]))
+    wall, same = walls[most], is_wall[most]
+    sides = bore.sides_mm + 2.0 * wall
+    covered = len(np.unique(surface.face[thin])) - len(np.unique(surface.face[thin & same]))
+    if wall > THIN_SECTION * sides[0] or covered > MOST_COVERED:
+        return
+    rows = np.flatnonzero(same & surface.flat & ~inside)
+    u = square_to(bore.way)
+    behind = surface.p[rows] - (surface.thick[rows, None] - 2.0 * SKIN_MM) * surface.normal[rows]
+    behind = behind @ np.column_stack([u, np.cross(bore.way, u)])
+    low, high = bore.contour.corners.min(axis=0) - ON_MM, bore.contour.corners.max(axis=0) + ON_MM
+    outside = np.zeros_like(inside)
+    outside[rows] = ((behind > low) & (behind < high)).all(axis=1)
+    count, own = (np.bincount(surface.face[on], minlength=surface.face.max() + 1) for on in (..., outside))
+    outer = frozenset(np.flatnonzero((own > 0) & (own >= SOLID_SHARE * count)).tolist())
+    outside &= np.isin(surface.face, list(outer))
+    cover = inside & (surface.thick > wall * (1.0 - SAME_THICKNESS)) | outside
+    cover |= _goes_on_behind(surface, outside, outer, wall)
+    yield (Member(MemberKind.TUBE, bore.faces | outer, bore.way, sides, wall, bore.length_mm, bore.roots), cover)
 
 
 def _radius(graph: BrepGraph, contour: Contour) -> float | None:
@@ -501,10 +566,14 @@ def _are_only_beside(graph: BrepGraph, known: BoolArray) -> BoolArray:
 
 def _convex_faces(graph: BrepGraph, solid: int) -> BoolArray:
     """Tell which faces belong to a solid that has no hollow corner beside them, shape (F,)."""
-    edges = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
     convex = np.asarray(graph.face_solid == solid, dtype=bool)
-    convex[graph.edge_faces[edges[are_concave(graph, edges)]]] = False
+    convex[graph.edge_faces[_hollow_edges(graph, solid)]] = False
     return convex
+
+
+def _hollow_edges(graph: BrepGraph, solid: int) -> IntArray:
+    edges = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
+    return np.asarray(edges[are_concave(graph, edges)])
 
 
 def _is_inside(surface: Surface, stretch: Prism) -> BoolArray:
