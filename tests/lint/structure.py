@@ -17,10 +17,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_164,
+    "lines of wpcal and cad": 122_163,
     "lines of tests": 63_769,
     "rooms": 20,
-    "arrows between rooms": 97,
+    "arrows between rooms": 98,
     "imported packages that pyproject.toml does not declare": 0,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
