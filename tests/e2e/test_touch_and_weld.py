@@ -15,6 +15,7 @@ from tests.touch_robots.loop import T_FLANGE_TOOL, displacement, planned_frame, 
 from tests.touch_robots.robot import Senses, Torch, Welder
 from tests.touch_robots.solid import Solid, triangles_of
 from wpcal.controllers.abb.write import NAMES
+from wpcal.controllers.program import frame_correction
 from wpcal.core.same_bits import inverse_pose
 from wpcal.results.folder import read_finished
 from wpcal.touch.plan.choose import TouchDesign
@@ -137,6 +138,19 @@ def test_an_audit_executes_searches_and_welds_beside_their_plan(jobs, tmp_path):
     assert ended.returncode == 1
     for name in ("WPCAL_touch.mod", "WPCAL_touch.src"):
         assert re.search(rf"{name}: touch program \(\.\w+\): \d faults?", ended.stdout), ended.stdout
+
+
+def test_the_way_to_the_welds_is_swept_with_the_wire_beyond_the_tool_centre_point(jobs, tmp_path, monkeypatch):
+    ways, sweep = [], frame_correction.sweep_torch
+    monkeypatch.setattr(
+        frame_correction, "sweep_torch", lambda *given, **by: ways.extend(given[1]) or sweep(*given, **by)
+    )
+    words = ("--touches", jobs("tee").programs.parent / "plan", "--only", "W1", "--clearance-mm", "100")
+    for mm in ("0", "40"):
+        run_here("export", FIXTURES / "tee" / "golden", "-f", "krl", *words, "--standoff-mm", mm, "-o", tmp_path / mm)
+    (none, _), *_, (back, R) = ways
+    higher = (back - none)[1]  # the whole way across
+    np.testing.assert_allclose((back - none)[2], higher + 40.0 * R[2, :, 2], rtol=0, atol=0.1)  # the part was moved
 
 
 def test_what_cannot_be_corrected_in_the_program_is_one_line(jobs, tmp_path):

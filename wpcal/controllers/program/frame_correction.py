@@ -13,6 +13,7 @@ from wpcal.controllers.program.weld_program import SafePoint, WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.torch.attitude import wire_directions
 from wpcal.seam.judge.reach import sweep_torch
 from wpcal.touch.plan.choose import TouchDesign
 from wpcal.touch.searches import SearchKind, TouchPlan, TouchSetup
@@ -96,12 +97,17 @@ def welds_after(
         over = last.retract + max(float((p[0] - last.retract) @ up), 0.0) * up
         rows = np.stack([over, p[0]]), np.stack([last.R_part_tool, R[0]])
         way = SafePoint(T.apply(rows[0]), T.R @ rows[1])
-        _require_free(program, T, np.concatenate([T.apply(last.retract[None]), way.p_base]), way.R_base[[0, 0, 1]])
+        tips = T.apply(np.stack([last.retract, *rows[0]]))
+        tips[2] += program.torch.standoff_mm * wire_directions(way.R_base[1], program.torch.tool_axis)
+        _require_free(program, T, tips, way.R_base[[0, 0, 1]])
     return WeldsAfter(program, correction, way, T, before)
 
 
 def _require_free(program: WeldProgram, T_base_part: RigidTransform, p: FloatArray, R: FloatArray) -> None:
-    """Refuse a way, shapes (n, 3) and (n, 3, 3), on which the torch meets the part in the place of the plan."""
+    """Refuse a way on which the torch meets the part in the place of the plan.
+
+    `p`, `R`: shapes (n, 3) and (n, 3, 3). Tips of the wire, and axes of the tool, in `base`.
+    """
     if program.part_glb is None:
         return
     part = TriangleMaterial.of(read_part_glb(program.part_glb), T_base_part)
