@@ -18,7 +18,7 @@ from tests.unit.conftest import CONFIGURATIONS, box_mesh, plate
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
-from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.program import ControllerSettings, MotionSettings, build_program
 from wpcal.controllers.program.air_moves import AirSettings, TorchAtTool
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.core.errors import GeometryError, InputError
@@ -109,10 +109,10 @@ def test_the_check_of_this_test_finds_what_direct_moves_hit(part, hits):
     assert found == hits if hits else len(found) >= 4
 
 
-def in_part(finished, *solids):
+def in_part(finished, *solids, **by):
     """The finished folder's program with more solids in its part."""
     solids = plate(*solids, sha256=read_part_glb(finished.part_glb).sha256)
-    return dataclasses.replace(build_program(finished), part_glb=write_part_glb(solids))
+    return dataclasses.replace(build_program(finished, **by), part_glb=write_part_glb(solids))
 
 
 @pytest.mark.parametrize(
@@ -142,12 +142,15 @@ def test_what_cannot_be_written_is_left_out_by_name(finished_folder):
     assert not found.left_out
 
 
-@pytest.mark.parametrize(("ceiling_mm", "back_mm"), [(352.0, 25.0), (420.0, 50.0)])
-def test_an_approach_is_nearer_where_no_way_leads_on_from_it(finished_folder, ceiling_mm, back_mm):
-    """At 50 mm the torch of 300 mm ends less than 3 mm below the lower ceiling."""
+@pytest.mark.parametrize(("ceiling_mm", "asked_mm", "back_mm"), [(352, 50, 25), (420, 50, 50), (420, 400, 100)])
+def test_an_approach_is_nearer_where_no_way_leads_on_from_it(finished_folder, ceiling_mm, asked_mm, back_mm):
+    """At 50 mm the torch of 300 mm ends less than 3 mm below the lower ceiling; from 400 mm on it goes through it."""
     ceiling = box_mesh("ceiling", (-150, -200, ceiling_mm), (250, 200, ceiling_mm + 5))
-    program = in_part(read_finished(finished_folder()).select(["W1"]), ceiling)
-    (path,) = check_program(program, air=AirSettings(up_base=tuple(program.T_base_part.R[:, 2]))).paths
+    motion = MotionSettings(approach_mm=asked_mm, retract_mm=asked_mm)
+    program = in_part(read_finished(finished_folder()).select(["W1"]), ceiling, motion=motion)
+    checked = check_program(program, air=AirSettings(up_base=tuple(program.T_base_part.R[:, 2])))
+    assert (f"SHORTER at W1: approach {back_mm} mm, retract {back_mm}" in str(checked.checked)) == (back_mm < asked_mm)
+    (path,) = checked.paths
     first, stop = path.weld_rows.start, path.weld_rows.stop
     back = path.p_base[[first - 1, stop]] - path.p_base[[first, stop - 1]]
     np.testing.assert_allclose(back @ program.T_base_part.R[:, 2], back_mm, rtol=0, atol=1e-9)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
-from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
+from wpcal.controllers.program import MotionSettings, SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.air_moves import (
     MARGIN_MM,
     AirPlan,
@@ -27,6 +27,8 @@ from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.reach import find_in_ways
 
+NEAREST_MM = 5.0  #: The torch comes and goes this far along the wire at least.
+ROUND_OFF_MM = 1e-3
 MOST_TOLD = 3  #: Seams whose place is told; of the others the names: the message is one line.
 
 
@@ -63,12 +65,12 @@ def check_program(
             code=ErrorCode.PART_MISSING,
         )
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
-    inside = _inside(program, part, torch)
+    program, inside = _freed(program, part, torch)
     # where lines and arcs meet the part, the poses with which the seam was felt when it was found may be free
     if fitted := {path.seam.name for path in program.paths if path.moves is not None} & inside.keys():
         own = (to_every_point(path, program.torch) if path.seam.name in fitted else path for path in program.paths)
         program = replace(program, paths=tuple(own))
-        inside = _inside(program, part, torch)
+        program, inside = _freed(program, part, torch)
     paths = [path for path in program.paths if path.seam.name not in inside]
     if inside and (strict or not paths):
         raise refused(inside, [path.seam.name for path in program.paths], torch)
@@ -87,15 +89,53 @@ def check_program(
         shape=torch,
         paths=tuple(_with_ways(*each) for each in ways),
         safe_point=SafePoint(frozen(plan.safe.p), frozen(plan.safe.R)),
-        checked=_describe(part, torch, program.torch.tool_axis, plan),
+        checked=(*_describe(part, torch, program.torch.tool_axis, plan), *_shorter(program.motion, paths, plan)),
         left_out=left_out,
     )
+
+
+def _freed(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> tuple[WeldProgram, dict[str, str]]:
+    """Return where the torch is still inside material if it comes and goes less far along the wire to be free.
+
+    Halves of the distances are tried until they are free.
+    """
+    motion, inside = program.motion, _inside(program, part, torch)
+    most_mm = max(motion.approach_mm, motion.retract_mm) / 2.0
+    while inside and most_mm >= NEAREST_MM:
+        own = tuple(_with_ends(path, _near(_ends(path), most_mm)) for path in program.paths if path.seam.name in inside)
+        less = {"approach_mm": min(motion.approach_mm, most_mm), "retract_mm": min(motion.retract_mm, most_mm)}
+        left = _inside(replace(program, paths=own, motion=replace(motion, **less)), part, torch)
+        free = {path.seam.name: path for path in own if path.seam.name not in left}
+        program = replace(program, paths=tuple(free.get(path.seam.name, path) for path in program.paths))
+        inside, most_mm = {name: why for name, why in inside.items() if name in left}, most_mm / 2.0
+    return program, inside
+
+
+def _near(ends: Ends, most_mm: float) -> FloatArray:
+    away = ends.p - ends.weld
+    return np.asarray(ends.weld + away * (most_mm / np.linalg.norm(away, axis=1, keepdims=True).clip(most_mm)))
+
+
+def _shorter(motion: MotionSettings, paths: Sequence[WeldPath], plan: AirPlan) -> Iterator[str]:
+    """Yield where the torch comes or goes less far along the wire than was asked."""
+    asked_mm = {"approach": motion.approach_mm, "retract": motion.retract_mm}
+    for path, ends in zip(paths, plan.ends, strict=True):
+        far_mm = np.linalg.norm(ends - _ends(path).weld, axis=1)
+        pairs = zip(asked_mm.items(), far_mm, strict=True)
+        if told := [f"{word} {mm:.4g} mm" for (word, most), mm in pairs if mm < most - ROUND_OFF_MM]:
+            yield f"SHORTER at {path.seam.name}: {', '.join(told)}: no room for more"
 
 
 def _ends(path: WeldPath) -> Ends:
     first, stop = path.weld_rows.start, path.weld_rows.stop
     at, welds = [first - 1, stop], path.p_base[[first, stop - 1]]
     return Ends(path.seam.name, path.p_base[at], path.R_base[at], welds, path.seam.more_wire_mm)
+
+
+def _with_ends(path: WeldPath, ends: FloatArray) -> WeldPath:
+    p = path.p_base.copy()
+    p[[path.weld_rows.start - 1, path.weld_rows.stop]] = ends
+    return replace(path, p_base=frozen(p))
 
 
 def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> dict[str, str]:
@@ -113,8 +153,7 @@ def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> 
 
 
 def _with_ways(path: WeldPath, ends: FloatArray, to_seam: AirWay, from_seam: AirWay) -> WeldPath:
-    p = path.p_base.copy()
-    p[[path.weld_rows.start - 1, path.weld_rows.stop]] = ends
+    p = _with_ends(path, ends).p_base
     return replace(
         path,
         p_base=frozen(np.concatenate([to_seam.p, p, from_seam.p])),
