@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import pytest
 
@@ -18,6 +19,10 @@ from wpcal.controllers.staubli.write import write_val3
 from wpcal.controllers.ur.write import write_urscript
 from wpcal.controllers.yaskawa.write import write_inform
 from wpcal.core.errors import FormatError, InputError
+from wpcal.seam.seam import JointType, WeldType
+from wpcal.weld.runs import WeldRun
+from wpcal.weld.seam_weld import SeamWeld
+from wpcal.weld.values import WeldValues
 
 
 def test_the_file_says_what_each_name_was_and_what_it_does_not_know(make_program):
@@ -165,6 +170,16 @@ def test_the_program_goes_along_the_seam_and_keeps_the_configuration(make_progra
     assert {value.get("shoulder") for value in data["W1"]} == {"ssame"}
     assert "declare the tool tTorch" in code
     assert "tTorch" not in data
+
+
+def test_no_two_names_of_val3_and_urscript_differ_by_capitals_only(make_program):
+    program = make_program(n=5, names=("W1", "w1", "mW1", "Weld", "TTORCH"))
+    weld = SeamWeld("W1", None, JointType.TEE, WeldType.FILLET, WeldValues(speed_mm_s=5.0), {})
+    paths = [replace(path, run=WeldRun(path.seam, weld, None, None)) for path in program.paths]
+    text = write_val3(replace(program, paths=tuple(paths)))["WPCAL.dtx"]
+    names = [name.lower() for name in (*re.findall(r'<Data name="(\w+)"', text), "tTorch")]
+    assert len(names) == len(set(names)) == 5 + 2 * len(paths) + 1
+    assert [*write_urscript(replace(program, controller=ControllerSettings("WP_Part")))] == ["WP_Part_2.script"]
 
 
 def test_an_array_holds_at_most_9999_points(make_program):

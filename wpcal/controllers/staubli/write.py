@@ -71,6 +71,10 @@ def _filled(template: str, **names: object) -> str:
     return "\n".join([*whole_template("val3", template, names), ""])
 
 
+def _beside(taken: Sequence[str]) -> NameRules:
+    return NameRules(NAMES.language, NAMES.longest, " ".join(taken))
+
+
 def _motion(speed_mm_s: float, blend: str, *, percent: int = 100, zone_mm: float = BLEND_MM) -> str:
     limits = f'accel="{percent}" vel="{percent}" decel="{percent}" tmax="{speed_mm_s:g}" rmax="100"'
     return f'{limits} blend="{blend}" leave="{zone_mm:g}" reach="{zone_mm:g}"'
@@ -111,11 +115,15 @@ class _Val3(WeldWriter):
 
     def files(self) -> dict[str, str]:
         program, name = self.program, safe_name(self.program.controller.program_name, NAMES)
-        room = 0 if all(path.run is None for path in program.paths) else len(MOTION)
-        self.stems = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
+        self.tool = own_name(program.controller.tool_name, NAMES, what="tool")
+        taken = [KEYWORDS, self.tool.lower(), *(_zone(mm).lower() for mm in self._zones_mm())]
+        self.stems = safe_names([path.seam.name for path in program.paths], _beside(taken))
+        own = [path.seam.name for path in program.paths if path.run is not None]  # with a speed of their own
+        motions = [f"{MOTION}{self.stems[name]}" for name in own]
+        taken += [stem.lower() for stem in self.stems.values()]
+        self.motions = dict(zip(own, safe_names(motions, _beside(taken)).values(), strict=True))
         self.T_base_frame = _val3_frame(program.T_base_part)
         data = _filled("database", data=self._data())
-        self.tool = own_name(program.controller.tool_name, NAMES, what="tool")
         code = [line.replace("]]>", "]] >") for line in self._start()]  # what would end the section
         return {
             f"{name}.pjx": _filled("project", name=name),
@@ -143,14 +151,13 @@ class _Val3(WeldWriter):
     def _motions(self) -> Iterator[Datum]:
         """Yield how the robot moves: in the air, by the joints, and along seams."""
         motion = self.program.motion
-        zones = () if self.planned is None else self.planned.zones_mm
         values = {
             "mAir": _motion(motion.air_speed_mm_s, "off"),
             "mJoint": self._joint_motion("off"),
             "mWeld": _motion(motion.speed_mm_s, "cartesian"),
-            **{_zone(mm): self._joint_motion("joint", mm) for mm in zones},
+            **{_zone(mm): self._joint_motion("joint", mm) for mm in self._zones_mm()},
         }
-        own = [path for path in self.program.paths if path.run is not None]  # with a speed of their own
+        own = [path for path in self.program.paths if path.run is not None]
         values |= {self._motion(path): _motion(self.program.weld_speed_mm_s(path), "cartesian") for path in own}
         return ((name, "mdesc", (value,)) for name, value in values.items())
 
@@ -159,12 +166,15 @@ class _Val3(WeldWriter):
             return _motion(self.program.motion.air_speed_mm_s, blend, percent=JOINT_PERCENT)
         return _motion(PLANNED_MM_S, blend, percent=round(self.planned.joint_percent), zone_mm=zone_mm)
 
+    def _zones_mm(self) -> Sequence[float]:
+        return () if self.planned is None else self.planned.zones_mm
+
     def _skipped(self, poses: WeldPath | SafePoint) -> int:
         """Return how many poses are no points: a plan goes to joints before a seam."""
         return 0 if self.planned is None or isinstance(poses, SafePoint) else poses.before
 
     def _motion(self, path: WeldPath) -> str:
-        return "mWeld" if path.run is None else f"{MOTION}{self.stems[path.seam.name]}"
+        return "mWeld" if path.run is None else self.motions[path.seam.name]
 
     def _start(self) -> list[str]:
         program, safe, between = self.program, self.program.safe_point is not None, self.between()

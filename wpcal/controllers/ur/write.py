@@ -31,9 +31,10 @@ from wpcal.core.transform import RigidTransform
 NAMES = NameRules(
     "URScript",
     60,
-    "and break continue def elif else end false for global halt if local not or return thread true while",
+    "and arc_end arc_start break continue def elif else end false for global halt if local movec movej movel not or "
+    "pose_trans return set_standard_digital_out set_tcp sleep thread true while wp_part",
 )
-"""The length is our choice; the language sets no limit."""
+"""The length is our choice; the language sets no limit. What programs call and set is reserved, too."""
 DECIMALS = 9  #: 1e-9 m is 1e-6 mm; 1e-9 rad moves a point at 2 m by 2e-6 mm.
 MM = 1e-3
 BLEND_MM = 0.2  #: Blends of neighbours must not overlap: well below half of the default least step of seams (1 mm).
