@@ -2,24 +2,26 @@
 
 The torch moves as a controller moves it, between the poses at the frames of the seam or at the moves of a program, and
 comes and goes along the wire at both ends. It is compared at places between which none of its points moves farther than
-its step (`wpcal.robot.moves.sweep`).
+its step (`wpcal.robot.moves.sweep`), but for those at which it has room all around (`wpcal.seam.judge.room`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from wpcal.brep.material import Material
+from wpcal.brep.material import Material, TriangleMaterial, find_solids_around
 from wpcal.brep.rays import START_MM
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.robot.moves.sweep import Swept, Way, last_poses, sweep
-from wpcal.robot.torch.attitude import ToolAxis, neck_directions
-from wpcal.robot.torch.shape import TorchShape
-from wpcal.seam.judge.material import PosesInMaterial, TorchPart, find_poses_in_material
+from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
+from wpcal.robot.torch.shape import TorchShape, Tube
+from wpcal.seam.judge.material import PosesInMaterial, TorchPart, find_poses_in_material, place_tube
+from wpcal.seam.judge.room import RoomyMaterial, asked_places, with_room
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.seam import Seam
 
@@ -90,12 +92,33 @@ def sweep_torch(
     swept = sweep(ways, torch.reaching, axis=column)
     more = np.zeros(len(swept.at))
     more[np.searchsorted(swept.at, [0, *(last[:-1] + 1)])], more[np.searchsorted(swept.at, last)] = back_mm
-    return swept, find_poses_in_material(
+    rows = np.arange(len(swept.at))
+    if isinstance(material, TriangleMaterial) and len(material.corners):
+        material = with_room(material)
+        rows = np.flatnonzero(_may_be_inside(material, swept, torch, axis) | (more > 0.0))
+    found = find_poses_in_material(
         material,
-        swept.p,
-        -swept.R[:, :, column],
+        swept.p[rows],
+        -swept.R[rows, :, column],
         torch,
-        start_mm=np.broadcast_to(start_mm, len(last))[np.searchsorted(last, swept.at)],
-        more_mm=more,
-        bend=None if torch.neck is None else neck_directions(swept.R, axis),
+        start_mm=np.broadcast_to(start_mm, len(last))[np.searchsorted(last, swept.at[rows])],
+        more_mm=more[rows],
+        bend=None if torch.neck is None else neck_directions(swept.R[rows], axis),
     )
+    return swept, replace(found, row=rows[found.row])
+
+
+def _may_be_inside(part: RoomyMaterial, swept: Swept, torch: TorchShape, axis: ToolAxis) -> BoolArray:
+    """Tell at which places, shape (m,), a torch may be inside material.
+
+    On a stretch of its way on which no triangle meets the torch, it is inside a solid all along, or nowhere.
+    """
+    front = Tube(np.array([0.0, 0.0, -torch.wire_mm]), np.array([0.0, 0.0, torch.front_mm]), torch.nozzle_radius_mm)
+    back, bend = -wire_directions(swept.R, axis), neck_directions(swept.R, axis)
+    may = np.zeros(len(back), dtype=bool)
+    for tube in (front, *torch.tubes):
+        start, way, length = place_tube(tube, swept.p + torch.wire_mm * back, back, bend)
+        may |= part.may_meet(start, start + length * way, way, tube.radius_mm)
+    of = asked_places(len(may))
+    alone = np.unique(of[~may])
+    return may | np.isin(of, alone[find_solids_around(part, swept.p[alone])[0]])
