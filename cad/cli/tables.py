@@ -97,12 +97,10 @@ def seams_table(
         columns["95 % mm"] = lambda seam: f"{largest[id(seam)].max():.3f}"
     accepted = [seam for seam in seams if seam.accepted]
     table, captions = _table(title, accepted, columns), []
-    wraps = sum(seam.wrap_of is not None and not seam.accepted for seam in seams)
-    if wraps:
+    if wraps := sum(seam.wrap_of is not None and not seam.accepted for seam in seams):
         ends = "a short end is" if wraps == 1 else f"{wraps} short ends are"
         captions.append(f"{ends} left open; --wrap welds them in one run with the seams beside them")
-    longer = [f"{seam.name} +{seam.more_wire_mm:g} mm" for seam in accepted if seam.more_wire_mm]
-    if longer:
+    if longer := [f"{seam.name} +{seam.more_wire_mm:g} mm" for seam in accepted if seam.more_wire_mm]:
         captions.append(f"These need more wire than usual, the torch stays back by it: {', '.join(longer)}")
     table.caption = "\n".join(captions) or None
     return table
@@ -140,8 +138,7 @@ def refused_table(seams: Sequence[Seam]) -> Table:
     columns = {**{heading: CELLS[heading] for heading in shown}, "why": lambda seam: _why(seam)[0]}
     table = _table("Not taken as welds", refused, columns)
     captions = [assumed for _, assumed in map(_why, refused) if assumed][-1:] + list(gained_words(refused))
-    more = would_be_taken(seams)
-    if more:
+    if more := would_be_taken(seams):
         captions.append(f"only doubted, taken with --generous: {listed(seam.name for seam in more)}")
     table.caption = "; ".join(captions) or None
     return table

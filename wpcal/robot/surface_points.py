@@ -23,9 +23,6 @@ def surface_points(corners: FloatArray, spacing: float) -> list[FloatArray]:
         u, v = (i[i + j <= count] / count, j[i + j <= count] / count)
         weights = np.stack([1.0 - u - v, u, v], axis=1)
         own = corners[steps == count]
-        some = max(1, MOST_SAMPLES // len(weights))
-        found += [
-            np.einsum("wk,mkx->mwx", weights, own[start : start + some]).reshape(-1, 3)
-            for start in range(0, len(own), some)
-        ]
+        parts = np.array_split(own, len(own) * len(weights) // MOST_SAMPLES + 1)
+        found += [np.einsum("wk,mkx->mwx", weights, some).reshape(-1, 3) for some in parts]
     return found

@@ -14,16 +14,16 @@ from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_direction
 from wpcal.robot.torch.file import shipped_torches
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.reach import sweep_torch
-from wpcal.seam.judge.room import with_room
+from wpcal.seam.judge.room import _points, with_room
 
 TORCHES = [each.shape for each in shipped_torches()]
 
 
 def drawn(rng):
-    """Return six boxes that stand anywhere, one of them large."""
+    """Return six boxes that stand anywhere, one of them large and one long and narrow."""
     solids = []
     for number in range(6):
-        half = rng.uniform(2.0, 60.0, 3) if number else rng.uniform(100.0, 400.0, 3)
+        half = {0: rng.uniform(100.0, 400.0, 3), 1: [3.0, 600.0, 2.0]}.get(number, rng.uniform(2.0, 60.0, 3))
         box = box_of_triangles(f"box {number}", half, rotation_from_zyx(*rng.uniform(-3, 3, 3)))
         solids.append(replace(box, points=box.points + rng.uniform(-300, 300, 3)))
     return TriangleMaterial.of(PartMesh(tuple(solids), 0.1, 0.1))
@@ -40,9 +40,8 @@ def test_a_swept_torch_meets_what_it_meets_at_every_place(seed, torch):
     ]
     back_mm = (30.0, 120.0)
     swept, found = sweep_torch(part, ways, torch, axis=axis, back_mm=back_mm)
-    more, ends = np.zeros(len(swept.at)), [4 * row for row in range(7)]
-    for first, last in zip(ends[:-1], np.array(ends[1:]) - 1, strict=True):
-        more[np.searchsorted(swept.at, [first, last])] = back_mm
+    more = np.zeros(len(swept.at))
+    more[np.searchsorted(swept.at, [[4 * way, 4 * way + 3] for way in range(6)])] = back_mm
     bend = neck_directions(swept.R, axis) if torch.neck is not None else None
     all_of_it = find_poses_in_material(part, swept.p, -wire_directions(swept.R, axis), torch, more_mm=more, bend=bend)
     assert 0 < len(found) < len(swept.at)
@@ -53,7 +52,8 @@ def test_most_places_far_from_a_part_are_not_compared():
     rng = np.random.default_rng(1)
     part, p = drawn(rng), np.stack([np.linspace(-500, 500, 4000), np.full(4000, 900.0), np.zeros(4000)], axis=1)
     p = np.concatenate([p, part.corners[0, :1]])
-    back = np.broadcast_to([0.0, 1.0, 0.0], p.shape)
-    may = with_room(part).may_meet(p, p + 20.0 * back, back, 10.0)
+    may = with_room(part).may_meet(p, np.add(p, [0.0, 20.0, 0.0]), np.broadcast_to([0.0, 1.0, 0.0], p.shape), 10.0)
     assert may[-1]
     assert may.sum() < 20
+    long = np.array([[[0.0, 0.0, 0.0], [6000.0, 8.0, 0.0], [6000.0, 0.0, 0.0]]])
+    assert sum(len(points) for points in _points(long, 8.0)) < 4000

@@ -7,6 +7,7 @@ torch meets nothing, the torch meets nothing.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,11 +16,9 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.tubes import Radius
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.robot.surface_points import surface_points
 
 CELL_MM = 4.0  #: Length of a cell, where the part has not too many.
 MOST_CELLS = 500_000  #: Of a part: those of a larger one are longer.
-MOST_AWAY = 12  #: Cells are not counted farther.
 STRETCH = 8  #: Places on a way of which one is asked for all; most are 1 mm apart.
 ALONG_MM = 8.0  #: At most between the points of an axis that are asked.
 
@@ -39,8 +38,7 @@ class RoomyMaterial(TriangleMaterial):
         """Find the solid of the nearest triangle that each tube meets; shapes as in `Material`."""
         may = self.may_meet(tips + low[:, None] * back, tips + high[:, None] * back, back, float(np.max(radius_mm)))
         rows, solids = np.flatnonzero(may), np.full(len(tips), -1)
-        own = tips[rows], back[rows], low[rows], high[rows]
-        solids[rows] = TriangleMaterial.tube_solids(self, *own, radius_mm)
+        solids[rows] = TriangleMaterial.tube_solids(self, tips[rows], back[rows], low[rows], high[rows], radius_mm)
         return solids
 
     def may_meet(self, starts: FloatArray, ends: FloatArray, back: FloatArray, radius_mm: float) -> BoolArray:
@@ -75,19 +73,28 @@ def asked_places(count: int) -> IntArray:
 @lru_cache(maxsize=1)
 def with_room(part: TriangleMaterial) -> RoomyMaterial:
     """Return a part, which has triangles, with the room around it."""
+    from scipy.ndimage import distance_transform_cdt
+
     low, high = part.corners.min(axis=(0, 1)), part.corners.max(axis=(0, 1))
     cell_mm = max(CELL_MM, float(np.cbrt(np.prod(high - low) / MOST_CELLS)), float((high - low).max()) / MOST_CELLS)
     near = np.zeros(np.floor((high - low) / cell_mm).astype(np.int64) + 2, dtype=bool)  # one more, for round-off
-    for points in surface_points(part.corners, cell_mm):
+    for points in _points(part.corners, cell_mm):
         near[tuple(((points - low) / cell_mm).astype(np.int64).T)] = True
-    away = np.zeros(near.shape, dtype=np.int8)
-    for _ in range(MOST_AWAY):
-        away += ~near
-        for axis in range(3):
-            into, out = np.moveaxis(near, axis, 0), np.moveaxis(near.copy(), axis, 0)
-            into[1:] |= out[:-1]
-            into[:-1] |= out[1:]
     # a triangle is within one cell of its points, and two points are nearer to each other by up to one cell than theirs
-    free_mm = np.maximum(away - 2.0, 0.0) * cell_mm
+    free_mm = np.maximum(distance_transform_cdt(~near, metric="chessboard") - 2.0, 0.0) * cell_mm
     own = part.corners, part.solid, part.names, part.deflection_mm, part.tree
     return RoomyMaterial(*own, low, high, cell_mm, free_mm)
+
+
+def _points(corners: FloatArray, near_mm: float) -> Iterator[FloatArray]:
+    """Yield points on triangles, shape (k, 3), in rows along their longest sides, within `near_mm` of every place."""
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    a, b, c = (corners[np.arange(len(corners)), (sides.argmax(axis=1) + k) % 3] for k in range(3))
+    high = np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.maximum(sides.max(axis=1), np.finfo(float).tiny)
+    counts = np.ceil(np.stack([sides.max(axis=1), high / 0.8], axis=1) / near_mm).astype(np.int64) + 1
+    for along, rows in np.unique(counts, axis=0).tolist():  # the lower of two rows is beside all places between them
+        own = np.flatnonzero((counts == (along, rows)).all(axis=1))
+        u, v = np.meshgrid(np.linspace(0.0, 1.0, along), np.linspace(0.0, 1.0, rows))
+        weights = np.stack([(1.0 - u) * (1.0 - v), u * (1.0 - v), v]).reshape(3, -1, 1, 1)
+        for some in np.array_split(own, len(own) * u.size // MOST_CELLS + 1):
+            yield (weights * np.stack([a[some], b[some], c[some]])[:, None]).sum(axis=0).reshape(-1, 3)

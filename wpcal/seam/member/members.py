@@ -38,10 +38,8 @@ from wpcal.seam.member.prisms import FEWEST_EDGES, Contour, Prism, find_prisms
 COST_ROOT = 0.02  #: Of two that explain as much, the one with fewer inner corners is taken.
 COST_UNEXPLAINED = 0.6  #: A face of which nothing is explained costs as much as so many members.
 COST_SURFACE = 20.0  #: The whole surface, unexplained, costs as much as so many members.
-ON_MM, ON_COS = (
-    0.02,
-    0.999,
-)  #: A point is on a plane, or in a slab, within this; normals are parallel within 2.6 degrees.
+ON_MM, ON_COS = 0.02, 0.999
+"""A point is on a plane, or in a slab, within this; normals are parallel within 2.6 degrees."""
 ON_RIM_MM = 0.5  #: The outline of a plate goes from side to side, but for broken edges.
 THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height.
 ENDS_TOGETHER = 0.2
