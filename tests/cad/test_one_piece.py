@@ -99,6 +99,12 @@ def test_a_piece_of_a_ring_on_a_thin_plate_is_a_member_and_one_on_a_thick_plate_
         assert (members_of(graph, TrimmedFaces.of(graph), 0).straight_share >= LEAST_EXPLAINED) == is_member
 
 
+def test_a_clip_of_thin_sheet_is_a_member_and_a_case_that_an_arc_burns_through_is_none() -> None:
+    clip = Box(30, 26, 20, align=LOW) - Pos(2.5, 0, 2.5) * Box(30, 21, 20, align=LOW)
+    assert looks_whole(clip) is None
+    assert "it looks cast, moulded or milled" in str(looks_whole(clip.scale(0.4)))
+
+
 @pytest.mark.parametrize("made", [pad, rounded_plate, flange, hub, mitred_angle, stub])
 def test_what_is_cut_from_plate_bar_and_profile_or_turned_is_a_member(made: Any) -> None:
     assert looks_whole(made()) is None

@@ -22,7 +22,7 @@ from wpcal.seam.judge.held_fast import is_gasket, is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
 from wpcal.seam.limits import FLUSH_MM
 from wpcal.seam.member.heavy_bars import find_bar, why_timber
-from wpcal.seam.member.members import ON_COS, MemberKind, members_of
+from wpcal.seam.member.members import ON_COS, THINNEST_MM, MemberKind, members_of
 from wpcal.seam.member.note import Members
 from wpcal.seam.member.one_piece import OnePieces
 from wpcal.seam.rules import Rule
@@ -32,8 +32,8 @@ SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
 THICKEST_TAB_MM = 6.0  #: What is thicker is hardly bent up from the blank that it was cut from.
-THINNEST_MM, THINNEST_TUBE_MM, THINNEST_BAR_MM = 1.2, 0.5, 6.0
-"""Of sheet, as the usual wire; tubes of furniture have walls of 1 mm. The pool is wider than such bars both ways."""
+THINNEST_TUBE_MM, THINNEST_BAR_MM = 0.5, 6.0
+"""Tubes of furniture have walls of 1 mm. The pool is wider than such bars both ways."""
 
 RINGS = (
     (is_held_fast, Rule.HELD_FAST, "one of the two is a ring between two shoulders of the other"),

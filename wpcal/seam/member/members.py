@@ -65,6 +65,7 @@ DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker
 BEVEL_COS, BEVELLED = -0.985, 0.25
 """The sides of a bevelled plate are within 10 degrees of opposite, and its thickness changes by so much."""
 LUG = 0.5  #: A lug is thinner than this share of its width.
+THINNEST_MM = 1.2  #: An arc burns through sheet that is thinner than the usual wire.
 LEAST_OF_FACE = 0.8  #: A member explains a face if it explains more than this share of it.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
@@ -162,10 +163,10 @@ class Decomposition:
 
     @property
     def is_moulded(self) -> bool:
-        """Tell whether there are walls as thin as moulded ones, and no member that is bought or cut."""
+        """Tell whether there are walls so thin that an arc burns through, and no member that is bought or cut."""
         stock = (MemberKind.TUBE, MemberKind.ROUND, MemberKind.PROFILE)
         is_stock = any(one.is_slender or one.is_drawn_solid or one.kind in stock for one in self.members)
-        return not is_stock and any(one.thickness_mm <= MOULDED_MM for one in self.members)
+        return not is_stock and any(one.thickness_mm < THINNEST_MM for one in self.members)
 
     def is_between(self, one: int, other: int) -> bool:
         """Tell whether two faces are on different members, both slender."""
