@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,7 @@ def cut_inventory(inventory: StepInventory, document: KernelObject) -> StepInven
     """Return what is left of the inventory of a document in an outline (`cad.step.outline`): one face of each shell."""
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     whole = compound(_shapes(labels_of(tool.GetFreeShapes), frozenset()))
-    firsts = [next(sub_shape_uses(shell, FACE))[0] for shell in sub_shapes(whole, SHELL)]
+    firsts = [face for shell in sub_shapes(whole, SHELL) for face, _ in islice(sub_shape_uses(shell, FACE), 1)]
     above = ((FACE, SHELL), (EDGE, FACE), (VERTEX, EDGE))
     cut = compound([*firsts, *(shape for kind, avoid in above for shape in loose_shapes(whole, kind, avoid))])
     surfaces = Counter(surface_kind(face) for face in sub_shapes(cut, FACE))

@@ -20,9 +20,8 @@ MOVED_ATOL_MM = 1e-9
 
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
 
-CIRCLE = 50.0 * np.column_stack(
-    [np.cos(np.linspace(0, 2 * np.pi, 33)), np.sin(np.linspace(0, 2 * np.pi, 33)), np.zeros(33)]
-)
+TURN = np.linspace(0, 2 * np.pi, 33)
+CIRCLE = 50.0 * np.column_stack([np.cos(TURN), np.sin(TURN), np.zeros(33)])
 SEAMS = (("S1 Kehlnaht ä", [[0, 0, 0], [10, 0, 0], [10, 5, 0]], (1.0, 0.5, 0.0)), ("S2", CIRCLE, (0.0, 0.5, 1.0)))
 
 REAL = [
@@ -117,12 +116,13 @@ def test_a_seam_of_one_point_is_refused(frame: StepPart, tmp_path: Path) -> None
     assert not (tmp_path / "moved.step").exists()
 
 
+def defeated(*_arguments: object, **_options: object) -> None:
+    raise FormatError("no product with a shape is found in its text")
+
+
 def test_where_the_text_defeats_us_the_kernel_writes_and_it_is_said(
     frame: StepPart, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def defeated(*_arguments: object, **_options: object) -> None:
-        raise FormatError("no product with a shape is found in its text")
-
     monkeypatch.setattr(write_step, "append_placement", defeated)
     issues = write_moved_step(frame, T_BASE_PART, tmp_path / "moved.step")
     assert [issue.code for issue in issues] == ["moved-other-way"]
@@ -135,9 +135,6 @@ def test_the_kernels_writer_keeps_the_unit_and_the_time_stamp(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unit: str
 ) -> None:
     from step_samples import write_assembly
-
-    def defeated(*_arguments: object, **_options: object) -> None:
-        raise FormatError("not today")
 
     path = write_assembly(tmp_path / "frame.step", unit)
     stamped = read_step(path).source.time_stamp.encode("ascii")
@@ -188,22 +185,27 @@ def test_moves_of_one_part_cut_its_outline_once(
     assert outlined == 2 * [known.outlined[1].surfaces.total()]
 
 
+def test_a_shell_without_a_face_can_be_moved(frame: StepPart, tmp_path: Path, outlined: list[int]) -> None:
+    shell = b"#90001=OPEN_SHELL('',());#90002=SHELL_BASED_SURFACE_MODEL('',(#90001));"
+    path, at, items = tmp_path / "shell.step", frame.source.data_end, b"BREP_SHAPE_REPRESENTATION('',("
+    path.write_bytes(frame.text[:at].replace(items, items + b"#90002,") + shell + frame.text[at:])
+    part = read_step(path)
+    assert write_moved_step(part, T_BASE_PART, tmp_path / "moved.step", known=know_part(part)) == ()
+
+
 def test_a_wrong_place_in_a_large_file_is_seen(
     frame: StepPart, tmp_path: Path, outlined: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    append, off = (
-        write_step.append_placement,
-        RigidTransform.from_six_tuple([0, 0, 1e-5, 0, 0, 0], target="base", source="base"),
-    )
+    append = write_step.append_placement
+    off = RigidTransform.from_six_tuple([0, 0, 1e-5, 0, 0, 0], target="base", source="base")
 
     def wrong(file: Any, T_base_part: RigidTransform, **more: Any) -> Any:
         return append(file, off @ T_base_part, **more)
 
     monkeypatch.setattr(write_step, "append_placement", wrong)
     (issue,) = write_moved_step(frame, T_BASE_PART, tmp_path / "moved.step")
-    assert (
-        "appending to the text failed: the written file's vertices are off the moved ones by 1e-05 mm" in issue.message
-    )
+    said = "appending to the text failed: the written file's vertices are off the moved ones by 1e-05 mm"
+    assert said in issue.message
     assert_moved(frame, tmp_path / "moved.step")
 
 
@@ -265,8 +267,6 @@ def test_where_baking_is_defeated_the_text_is_appended_to_and_it_is_said(shared_
 def test_calibrate_bakes_on_request(tmp_path: Path, bake: bool, more: int) -> None:
     tee = Path(__file__).parents[2] / "fixtures" / "tee"
     calibrate_files(tee / "tee.step", tee / "taught_exact.csv", tmp_path / "out", overwrite=False, bake=bake)
-    uses = [
-        path.read_bytes().count(b"NEXT_ASSEMBLY_USAGE_OCCURRENCE(")
-        for path in (tee / "tee.step", tmp_path / "out" / "tee.calibrated.step")
-    ]
+    paths = tee / "tee.step", tmp_path / "out" / "tee.calibrated.step"
+    uses = [path.read_bytes().count(b"NEXT_ASSEMBLY_USAGE_OCCURRENCE(") for path in paths]
     assert uses[1] - uses[0] == more
