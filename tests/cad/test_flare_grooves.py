@@ -18,6 +18,7 @@ from tests.samples.flares import (
     half_ring_on_plate,
     plate_along_pipe,
     rack_of_bars,
+    ring,
     ring_round_a_pipe,
     rising_bar,
     roller_bearing,
@@ -182,6 +183,11 @@ def test_a_ring_round_a_pipe_has_a_groove_above_and_below() -> None:
     for seam, z in zip(sorted(seams, key=lambda seam: float(seam.frames.p[0, 2])), (50 - out, 50 + out), strict=True):
         np.testing.assert_allclose(np.hypot(*seam.frames.p[:, :2].T), 30.0 + WIRE, rtol=0, atol=EXACT)
         np.testing.assert_allclose(seam.frames.p[:, 2], z, rtol=0, atol=EXACT)
+
+
+def test_rings_whose_faces_have_no_border_have_a_groove_inside_and_outside() -> None:
+    _, seams = grooves_of([(f"ring at {z:g}", ring(50.0, 5.0, (0.0, 0.0, z))) for z in (0.0, 10.0)], POSES[0])
+    assert [(seam.weld, seam.closed) for seam in seams] == [(WeldType.FLARE_V, True)] * 2
 
 
 def test_a_bent_bar_has_one_seam_inside_and_one_outside() -> None:

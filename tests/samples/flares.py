@@ -44,10 +44,8 @@ def round_tubes(first: float, second: float) -> Solids:
 
 def half_ring_on_plate(radius: float, bar: float) -> Solids:
     """Return half a ring of a round bar that lies on a plate whose top is z = 0."""
-    return [
-        ("plate", box(200.0, 200.0, 10.0, (-100.0, -100.0, -10.0))),
-        ("ring", ring(radius, bar, (0.0, 0.0, bar), turn=math.pi)),
-    ]
+    plate = box(200.0, 200.0, 10.0, (-100.0, -100.0, -10.0))
+    return [("plate", plate), ("ring", ring(radius, bar, (0.0, 0.0, bar), turn=math.pi))]
 
 
 def u_bar_on_plate() -> Solids:

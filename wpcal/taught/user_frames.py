@@ -109,8 +109,7 @@ def _chosen(program: TaughtProgram, names: Sequence[str] | None) -> list[Program
             what = f"the point {point.name!r} appears twice, first in line {lines[point.name]}"
             raise FormatError(what, path=path, line=point.line)
         lines[point.name] = point.line
-    missing = [name for name in asked if name not in known]
-    if missing:
+    if missing := [name for name in asked if name not in known]:
         raise FormatError(f"has no point {listed(missing)}; it has {listed(known)}", path=path)
     return chosen
 

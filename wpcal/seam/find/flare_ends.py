@@ -85,9 +85,11 @@ def nearest_edges(trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> 
 
     The points have shape (n, 3), in `part`, mm.
     """
-    piece = trimmed.nearest_pieces(face, points)
-    off = distance_to_segments(points, trimmed.p0[piece], trimmed.p1[piece])
-    return np.where(piece < 0, -1, trimmed.piece_edge[piece]), np.where(piece < 0, np.inf, off)
+    edge, off, piece = np.full(len(face), -1), np.full(len(face), np.inf), trimmed.nearest_pieces(face, points)
+    own = np.flatnonzero(piece >= 0)
+    edge[own] = trimmed.piece_edge[piece[own]]
+    off[own] = distance_to_segments(points[own], trimmed.p0[piece[own]], trimmed.p1[piece[own]])
+    return edge, off
 
 
 RIM_MM = 0.1

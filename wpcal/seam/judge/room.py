@@ -51,8 +51,7 @@ class RoomyMaterial(TriangleMaterial):
         from_start, from_end, turned = (np.linalg.norm(each - each[of], axis=1) for each in (starts, ends, back))
         moved = np.maximum(from_start, from_end) + radius_mm * turned
         need = np.maximum.reduceat(moved, np.arange(0, len(of), STRETCH)) + np.hypot(radius_mm, ALONG_MM / 2)
-        is_near = self.free_along_mm(starts[of[::STRETCH]], ends[of[::STRETCH]]) <= need
-        return np.repeat(is_near, STRETCH)[: len(of)]
+        return np.repeat(self.free_along_mm(starts[of[::STRETCH]], ends[of[::STRETCH]]) <= need, STRETCH)[: len(of)]
 
     def free_along_mm(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         """Return how far points on segments, at most `ALONG_MM` apart, are at least from every triangle, shape (n,)."""

@@ -269,8 +269,7 @@ def left_out(graph: BrepGraph, trimmed: TrimmedFaces, whole: Sequence[tuple[int,
     """
     told = []
     for solid, count, why in whole:
-        name = graph.solid_names[solid]
-        corners = counted(count, "inner corner")
+        name, corners = graph.solid_names[solid], counted(count, "inner corner")
         text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
         told.append(Issue("one-piece", text, (name,)))
     if not told and len(graph.solid_names) == 1 and not _inner_corners(graph, trimmed, 0):
