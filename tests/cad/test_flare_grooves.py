@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from cad.kernel.geometry import to_location
+from cad.kernel.primitives import ring
 from cad.kernel.to_brep import to_brep
 from tests.few import few
 from tests.samples.flares import (
@@ -18,7 +19,6 @@ from tests.samples.flares import (
     half_ring_on_plate,
     plate_along_pipe,
     rack_of_bars,
-    ring,
     ring_round_a_pipe,
     rising_bar,
     roller_bearing,

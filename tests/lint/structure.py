@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 122_335,
-    "lines of tests": 63_866,
+    "lines of tests": 63_870,
     "rooms": 20,
     "arrows between rooms": 98,
     "imported packages that pyproject.toml does not declare": 0,
