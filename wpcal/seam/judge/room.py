@@ -79,7 +79,7 @@ def with_room(part: TriangleMaterial) -> RoomyMaterial:
     near = np.zeros(np.floor((high - low) / cell_mm).astype(np.int64) + 2, dtype=bool)  # one more, for round-off
     for points in _points(part.corners, cell_mm):
         near[tuple(((points - low) / cell_mm).astype(np.int64).T)] = True
-    # a triangle is within one cell of its points, and two points are nearer to each other by up to one cell than theirs
+    # a cell that is k away is at least k - 1 cells from every point, and triangles reach at most one cell beyond these
     free_mm = np.maximum(distance_transform_cdt(~near, metric="chessboard") - 2.0, 0.0) * cell_mm
     own = part.corners, part.solid, part.names, part.deflection_mm, part.tree
     return RoomyMaterial(*own, low, high, cell_mm, free_mm)
