@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_335,
+    "lines of wpcal and cad": 122_334,
     "lines of tests": 63_870,
     "rooms": 20,
     "arrows between rooms": 98,

@@ -285,7 +285,7 @@ def _hypotheses(
                 if not (is_stub or member.is_stout) or cover.mean() >= WHOLE:
                     yield member, cover
         else:
-            yield from _round_bore(surface, stretch)
+            yield from _tube_of_bore(surface, stretch)
     yield from _rounds(graph, trimmed, solid, surface)
     yield from _sheets(graph, _smooth_edges(graph, solid), surface)
 
@@ -339,7 +339,7 @@ def _plates(
             continue
         beside = np.array(sorted(_beside(graph, both)), dtype=np.int64)
         rim = np.isin(surface.face, beside)
-        flat |= _goes_on_behind(surface, flat, both, t)
+        flat |= np.isin(surface.face, _mostly(surface, flat)) & (surface.thick > t)  # something stands behind it
         at_all = surface.p @ way
         rim &= (np.abs(surface.normal @ way) < 1.0 - ON_COS + 0.02) & (at_all > low[row] - ON_MM)
         rim &= at_all < high[row] + ON_MM
@@ -363,11 +363,10 @@ def _plates(
         )
 
 
-def _goes_on_behind(surface: Surface, flat: BoolArray, sides: frozenset[int], thick: float) -> BoolArray:
-    """Tell where something stands on the other side of a plate: points on sides that are mostly as thick as it."""
-    on, of_plate = (np.bincount(surface.face[own], minlength=surface.face.max() + 1) for own in (..., flat))
-    whole = np.isin(surface.face, list(sides)) & (of_plate >= SOLID_SHARE * on)[surface.face]
-    return np.asarray(whole & (surface.thick > thick))
+def _mostly(surface: Surface, own: BoolArray) -> IntArray:
+    """Return the faces of which some points, shape (n,), are at least `SOLID_SHARE` of all points, shape (m,)."""
+    hit, count = (np.bincount(surface.face[rows], minlength=surface.face.max() + 1) for rows in (own, ...))
+    return np.flatnonzero((hit > 0) & (hit >= SOLID_SHARE * count))
 
 
 def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:
@@ -436,7 +435,7 @@ def _is_box(stretch: Prism, thick: float) -> bool:
     return bool(sides[1] >= BOX_MM and stretch.length_mm < sides[1] and thick <= BOX_WALL * sides[0])
 
 
-def _round_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolArray]]:
+def _tube_of_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolArray]]:
     """Yield the tube round a long bore with one wall, whatever covers its outside: nobody drills corners."""
     inside = np.isin(surface.face, list(bore.faces))  # past a mitre, too
     thin = inside & surface.flat
@@ -457,12 +456,12 @@ def _round_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolArr
     low, high = bore.contour.corners.min(axis=0) - ON_MM, bore.contour.corners.max(axis=0) + ON_MM
     outside = np.zeros_like(inside)
     outside[rows] = ((behind > low) & (behind < high)).all(axis=1)
-    count, own = (np.bincount(surface.face[on], minlength=surface.face.max() + 1) for on in (..., outside))
-    outer = frozenset(np.flatnonzero((own > 0) & (own >= SOLID_SHARE * count)).tolist())
-    outside &= np.isin(surface.face, list(outer))
-    cover = inside & (surface.thick > wall * (1.0 - SAME_THICKNESS)) | outside
-    cover |= _goes_on_behind(surface, outside, outer, wall)
-    yield (Member(MemberKind.TUBE, bore.faces | outer, bore.way, sides, wall, bore.length_mm, bore.roots), cover)
+    outer = _mostly(surface, outside)
+    on_outer = np.isin(surface.face, outer)
+    cover = inside & (surface.thick > wall * (1.0 - SAME_THICKNESS))
+    cover |= on_outer & (outside | (surface.thick > wall))
+    faces = bore.faces.union(outer.tolist())
+    yield Member(MemberKind.TUBE, faces, bore.way, sides, wall, bore.length_mm, bore.roots), cover
 
 
 def _radius(graph: BrepGraph, contour: Contour) -> float | None:
