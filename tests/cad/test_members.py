@@ -24,7 +24,8 @@ from tests.few import few
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import Seam, SeamOptions, detect_seams
-from wpcal.seam.member.members import MemberKind, members_of
+from wpcal.seam.member.member import MemberKind
+from wpcal.seam.member.members import members_of
 from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.search import find_part_seams
 

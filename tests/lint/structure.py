@@ -17,8 +17,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_334,
-    "lines of tests": 63_870,
+    "lines of wpcal and cad": 122_368,
+    "lines of tests": 63_871,
     "rooms": 20,
     "arrows between rooms": 98,
     "imported packages that pyproject.toml does not declare": 0,

@@ -22,7 +22,8 @@ from wpcal.seam.judge.held_fast import is_gasket, is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
 from wpcal.seam.limits import FLUSH_MM
 from wpcal.seam.member.heavy_bars import find_bar, why_timber
-from wpcal.seam.member.members import ON_COS, THINNEST_MM, MemberKind, members_of
+from wpcal.seam.member.member import ON_COS, THINNEST_MM, MemberKind
+from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members
 from wpcal.seam.member.one_piece import OnePieces
 from wpcal.seam.rules import Rule

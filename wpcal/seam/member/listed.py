@@ -19,7 +19,8 @@ from wpcal.brep.surfaces import unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.built_up import SAME_THICKNESS, Surface, sampled_surface
-from wpcal.seam.member.members import ENDS_TOGETHER, Decomposition, Member, MemberKind, members_of
+from wpcal.seam.member.member import ENDS_TOGETHER, Decomposition, Member, MemberKind
+from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import NO_MATERIAL_KG_M3, MemberNotes
 from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.member.words import DENSITY_KG_M3, Kind

@@ -27,7 +27,9 @@ from wpcal.seam.find.strips import drawn_beads, find_strips
 from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
-from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, lugs_of, members_of
+from wpcal.seam.member.hypotheses import lugs_of
+from wpcal.seam.member.member import ON_COS, Decomposition, MemberKind
+from wpcal.seam.member.members import members_of
 
 LEAST_EXPLAINED = 0.94
 """Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""

@@ -1,0 +1,145 @@
+"""Members, as they are bought or cut, and the members that one solid was made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP
+from wpcal.seam.find.formed import MOULDED_MM
+from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
+
+ON_MM, ON_COS = 0.02, 0.999
+"""A point is on a plane, or in a slab, within this; normals are parallel within 2.6 degrees."""
+ENDS_TOGETHER = 0.2
+"""The sides of a profile with sharp roots go on beyond its ends by less than this share of its length: otherwise they
+are plates on which others stand."""
+SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
+"""A slender plate, bar or profile is thinner than this share of the root of its area; a slender tube has a wall thinner
+than this share of its height."""
+DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
+THINNEST_MM = 1.2  #: An arc burns through sheet that is thinner than the usual wire.
+
+
+class MemberKind(Enum):
+    """What a member is, as it is bought or cut."""
+
+    PLATE = "plate"
+    BAR = "bar"
+    TUBE = "tube"
+    ROUND = "round bar or tube"
+    PROFILE = "rolled profile"
+    SHEET = "formed sheet"
+    BOX = "box drawn solid"
+
+
+COST = dict.fromkeys(MemberKind, 1.0) | {MemberKind.SHEET: 0.5}
+"""Members that a hypothesis counts as: a formed sheet has two sides, and each is one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Member:
+    """One member of a solid."""
+
+    kind: MemberKind
+    faces: frozenset[int]  #: Its sides.
+    axis: FloatArray  #: shape (3,). Along it; of a plate, across it.
+    #: shape (2,). Sides of the box around its section, mm; of a plate, its thickness and the root of its area.
+    section: FloatArray
+    thickness_mm: float
+    length_mm: float
+    roots: frozenset[tuple[int, int]] = frozenset()  #: Pairs of faces at corners that are inside the member.
+    rims: frozenset[int] = frozenset()  #: Of a plate, the faces of its outline.
+
+    @property
+    def is_drawn_solid(self) -> bool:
+        """Tell whether it is so thick that it was built up of plates round a hollow, and drawn without it."""
+        return self.kind in (MemberKind.PLATE, MemberKind.BOX) and self.thickness_mm >= DRAWN_SOLID_MM
+
+    @property
+    def is_slab(self) -> bool:
+        """Tell whether it is a thick board of some size."""
+        is_board = self.kind in (MemberKind.PLATE, MemberKind.BAR) and not self.is_drawn_solid
+        return is_board and self.section[0] >= SLAB_MM and self.section[1] * self.length_mm >= SLAB_MM2
+
+    @property
+    def is_stout(self) -> bool:
+        """Tell whether it is a bar about as thick as it is long."""
+        is_thin = self.thickness_mm <= FLATTEST * np.sqrt(self.length_mm * self.section[1])
+        return self.kind is MemberKind.BAR and not is_thin
+
+    @property
+    def is_hollow(self) -> bool:
+        """Tell whether it is a round tube, a rolled section or a bent plate: nobody makes such things of wood."""
+        is_tube = self.kind is MemberKind.ROUND and self.thickness_mm < self.section[0]
+        return self.kind is MemberKind.PROFILE or is_tube or (self.kind is MemberKind.SHEET and self.is_slender)
+
+    @property
+    def is_slender(self) -> bool:
+        """Tell whether it is so thin for its size that it was hardly milled, and too thick to be moulded."""
+        if self.thickness_mm <= MOULDED_MM:
+            return False
+        if self.kind in (MemberKind.TUBE, MemberKind.ROUND):  # a wall
+            return bool(self.thickness_mm <= SLENDER_WALL * self.section[0])
+        area = max(self.length_mm, self.section[0]) * self.section[1]
+        return bool(self.thickness_mm <= SLENDER_PLATE * np.sqrt(area))
+
+    @property
+    def in_words(self) -> str:
+        """What the member is, with its section: ``rolled profile 100 x 50``."""
+        return f"{self.kind.value} {self.section[1]:.3g} x {self.section[0]:.3g}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decomposition:
+    """The members of a solid."""
+
+    members: tuple[Member, ...]
+    share: float  #: Of the surface that they explain.
+    straight_share: float  #: That is explained without formed sheets.
+    explained: tuple[frozenset[int], ...] = ()  #: Of each member, the faces that it explains.
+
+    @property
+    def is_one(self) -> bool:
+        """Tell whether one member explains the solid; the two sides of a formed sheet are one."""
+        return sum(COST[one.kind] for one in self.members) <= 1.0 and self.share >= LEAST_BUILT_UP
+
+    @property
+    def is_box(self) -> bool:
+        """Tell whether others stand on a box that was drawn solid: its thickness says nothing."""
+        solid = [one.is_drawn_solid for one in self.members]
+        return any(solid) and not all(solid)
+
+    @property
+    def is_moulded(self) -> bool:
+        """Tell whether there are walls so thin that an arc burns through, and no member that is bought or cut."""
+        stock = (MemberKind.TUBE, MemberKind.ROUND, MemberKind.PROFILE)
+        is_stock = any(one.is_slender or one.is_drawn_solid or one.kind in stock for one in self.members)
+        return not is_stock and any(one.thickness_mm < THINNEST_MM for one in self.members)
+
+    def is_between(self, one: int, other: int) -> bool:
+        """Tell whether two faces are on different members, both slender."""
+        own = [{k for k, faces in enumerate(self.explained) if face in faces} for face in (one, other)]
+        slender = [any(self.members[k].is_slender for k in members) for members in own]
+        return all(slender) and not own[0] & own[1]
+
+    def is_inside(self, one: int, other: int) -> bool:
+        """Tell whether one member explains two faces: a corner between them was rolled, bent or cut with it."""
+        return any(one in faces and other in faces for faces in self.explained)
+
+    def around(self, faces: tuple[int, int], way: FloatArray, length_mm: float) -> Member | None:
+        """Return the member inside which a straight corner between two faces is.
+
+        `way`: shape (3,). Along the corner, a unit vector. A member holds corners along its axis, hardly longer:
+        its section is not followed to its end where others stand on it. A plate holds those of its outline.
+        """
+        pair = (min(faces), max(faces))
+        for one in self.members:
+            is_outline = one.rims.issuperset(pair)
+            most_mm = (1.0 + ENDS_TOGETHER) * (one.thickness_mm if is_outline else one.length_mm)
+            if (is_outline or pair in one.roots) and abs(one.axis @ way) > ON_COS and length_mm <= most_mm:
+                return one
+        return None

@@ -1,0 +1,146 @@
+"""What a prismatic stretch of a solid is bought or cut as: plate, bar, tube or rolled profile."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.find.built_up import FLATTEST
+from wpcal.seam.member.member import ENDS_TOGETHER, ON_COS, ON_MM, Member, MemberKind
+from wpcal.seam.member.prisms import Contour, Prism
+
+THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height.
+COPED = 0.6  #: The web alone goes on by less than this share of the length: the flanges are coped.
+MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds so many seams along one member.
+FOUR_WAYS, FOUR_WAYS_COS = (-1.0, 0.0, 0.0, 1.0), 0.2
+"""Cosines, ascending, between one of four roots of an I section and all of them; its flanges may be inclined."""
+SMALLEST_PROFILE_MM, THICKEST_PROFILE_MM = 10.0, 40.0
+"""The smallest angle that is sold is so high, and the heaviest I section has flanges of so much."""
+BOX_MM, BOX_WALL = 150.0, 0.1
+"""Hollow sections with sharp corners that are so wide, shorter than wide, and whose wall is thinner than this share of
+the shorter side, are boxes of plates."""
+STOUT_MM = (20.0, 100.0)  #: A stout piece of bar is a member if it is so long, at most so thick, and the whole solid.
+
+
+def stock_of(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:
+    """Return what a stretch is bought or cut as; None if it is a block, or a section that nobody buys."""
+    contour, sides = stretch.contour, stretch.sides_mm
+    bores = [other for other in others if _goes_through(other, stretch)]
+    faces = frozenset().union(stretch.faces, *(bore.faces for bore in bores))
+    roots = frozenset().union(stretch.roots, *(bore.roots for bore in bores))
+    radius_mm = _radius(graph, contour)
+    area = contour.area_mm2 if radius_mm is None else np.pi * radius_mm**2
+    area -= sum(bore.contour.area_mm2 for bore in bores)
+    kind: MemberKind | None
+    rims: frozenset[int] = frozenset()
+    if stretch.length_mm <= FLATTEST * np.sqrt(max(area, 0.0)):  # flame-cut, with whatever outline
+        kind, thick, rims = MemberKind.PLATE, stretch.length_mm, stretch.faces
+    elif radius_mm is not None:
+        sides, thick = np.array([2.0 * radius_mm, 2.0 * radius_mm]), 2.0 * radius_mm
+        kind = MemberKind.ROUND if stretch.length_mm > radius_mm and not bores else None
+    elif contour.roots:
+        kind, thick = _profile(graph, stretch, others)
+    elif bores:
+        kind, thick = _tube(stretch, bores, area, has_roots=bool(roots))
+    else:
+        kind, thick = _bar(stretch)
+    return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots, rims)
+
+
+def _goes_through(bore: Prism, stretch: Prism) -> bool:
+    """Tell whether a stretch is a bore inside most of another one."""
+    both_mm = min(bore.high, stretch.high) - max(bore.low, stretch.low)
+    is_along = bore.contour.is_bore and bore.way is stretch.way and both_mm > 0.5 * stretch.length_mm
+    return is_along and _is_within(bore.contour.corners, stretch.contour.corners)
+
+
+def _around_mm(contour: Contour) -> float:
+    step = np.roll(contour.corners, -1, axis=0) - contour.corners
+    return float(np.linalg.norm(step, axis=1).sum())
+
+
+def _profile(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> tuple[MemberKind | None, float]:
+    """Return how thick a section with roots is on average, and whether it is one that is rolled."""
+    thick = 2.0 * stretch.contour.area_mm2 / max(_around_mm(stretch.contour), ON_MM)
+    is_size = stretch.sides_mm[1] >= max(SMALLEST_PROFILE_MM, thick / THIN_SECTION)
+    is_size = is_size and ON_MM < thick <= THICKEST_PROFILE_MM
+    return MemberKind.PROFILE if is_size and _is_rolled(graph, stretch, others) else None, thick
+
+
+def _tube(stretch: Prism, bores: list[Prism], area: float, *, has_roots: bool) -> tuple[MemberKind | None, float]:
+    """Return the wall of a hollow section of an area, mm², and whether it is that of a tube: its bores are one."""
+    thick = area / _around_mm(stretch.contour)
+    middles = np.array([bore.contour.corners.mean(axis=0) for bore in bores])
+    is_thin = 0.0 < thick <= THIN_SECTION * stretch.sides_mm[0] and bool((np.ptp(middles, axis=0) < thick).all())
+    return MemberKind.TUBE if is_thin and not (has_roots and _is_box(stretch, thick)) else None, thick
+
+
+def _bar(stretch: Prism) -> tuple[MemberKind | None, float]:
+    """Return the thickness of a full section, and whether it is that of a bar: stout, or flat."""
+    thick, wide = float(stretch.sides_mm[0]), stretch.sides_mm[1]
+    is_stout = max(stretch.length_mm, wide) >= STOUT_MM[0] and thick <= STOUT_MM[1]
+    return MemberKind.BAR if is_stout or thick <= FLATTEST * np.sqrt(stretch.length_mm * wide) else None, thick
+
+
+def _is_box(stretch: Prism, thick: float) -> bool:
+    """Tell whether a hollow section is so wide, short and thin that four plates were rather put together."""
+    sides = stretch.sides_mm
+    return bool(sides[1] >= BOX_MM and stretch.length_mm < sides[1] and thick <= BOX_WALL * sides[0])
+
+
+def _radius(graph: BrepGraph, contour: Contour) -> float | None:
+    """Return the radius of a section that is round, mm; None for another one."""
+    faces = list(contour.faces)
+    radii = graph.face_param[faces, 0]
+    is_round = (graph.face_kind[faces] == SurfaceKind.CYLINDER).all() and np.ptp(radii) <= ON_MM
+    return float(radii[0]) if is_round else None
+
+
+def _is_within(inner: FloatArray, outer: FloatArray) -> bool:
+    return bool((inner.min(axis=0) > outer.min(axis=0)).all() and (inner.max(axis=0) < outer.max(axis=0)).all())
+
+
+def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> bool:
+    """Tell whether a section with roots is that of an angle, a channel, a Z or an I section, or has round roots.
+
+    A T section with sharp roots does not count, nor one whose sides go on beyond its ends.
+    """
+    contour = stretch.contour
+    pairs = np.array(sorted(contour.roots))
+    web = np.flatnonzero(np.bincount(pairs.ravel()) > 1)  # that of a channel is beside both roots
+    shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or 2 * len(web) >= len(pairs)
+    if contour.sharp == 0:  # a T section is rolled if its toes are round, too
+        faces = list(contour.faces)
+        toes = (graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)
+        return bool(shared or toes.any())
+    if not (shared or (len(pairs) == 2 and _is_zed(graph, pairs)) or _looks_four_ways(graph, pairs)):
+        return False
+    return all(_ends_with(other, stretch, set(web.tolist())) for other in others if other is not stretch)
+
+
+def _ends_with(other: Prism, stretch: Prism, web: set[int]) -> bool:
+    """Tell whether sides that a stretch shares with another one, more than one, end where the stretch ends."""
+    both = other.faces & stretch.faces
+    if other.way is not stretch.way or len(both) < 2:
+        return True
+    outside = max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
+    return min(outside, other.length_mm) / (COPED if both <= web else ENDS_TOGETHER) <= stretch.length_mm
+
+
+def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
+    """Tell whether two roots look opposite ways over a web: no two of their four faces are in one plane."""
+    n = graph.face_frame[pairs.ravel(), 3] * graph.face_outward[pairs.ravel()][:, None]
+    o = graph.face_frame[pairs.ravel(), 0]
+    apart = np.abs(np.einsum("ijk,ik->ij", o[:, None] - o, n))
+    in_one_plane = (np.abs(n @ n.T) > ON_COS) & (apart < 0.5)
+    return bool(in_one_plane.sum() == len(n))
+
+
+def _looks_four_ways(graph: BrepGraph, pairs: IntArray) -> bool:
+    """Tell whether four roots open in four directions, as those of an I section do, whatever steps its web has."""
+    open_to = (graph.face_frame[pairs, 3] * graph.face_outward[pairs][..., None]).sum(axis=1)
+    open_to /= np.linalg.norm(open_to, axis=1, keepdims=True)
+    return len(pairs) == len(FOUR_WAYS) and bool(
+        np.allclose(np.sort(open_to @ open_to[0]), FOUR_WAYS, atol=FOUR_WAYS_COS)
+    )
