@@ -51,7 +51,7 @@ PRELOADED = (
     "wpcal.touch.advice",
     "wpcal.controllers.taught_program",
     "wpcal.controllers.touch_run",
-    "wpcal.planning.cell.grasp",
+    "wpcal.touch.grasp",
     "wpcal.pages.report",
     "wpcal.robot.kinematics.arm_file",
     "wpcal.robot.torch.file",

@@ -20,9 +20,9 @@ from cad.batch.run import Task, require_room
 from cad.batch.sent_files import FilesOfOptions, Reader, SentFile
 from cad.work.group import GroupRequest
 from cad.work.host import Failure
+from wpcal.core.dask.cluster import Call, CallFailed, Cluster
 from wpcal.core.errors import InputError
 from wpcal.core.whole_folder import flushed_later
-from wpcal.study.dask.cluster import Call, CallFailed, Cluster
 
 SMALL = 65_536  #: Bytes. A larger file that several jobs name is sent once, and workers take it from one another.
 

@@ -29,7 +29,7 @@ from wpcal.core.numbers import parse_numbers
 from wpcal.core.options import group, opt
 from wpcal.core.records import check_writable, parse_json
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.grasp import Holding, read_holding
+from wpcal.touch.grasp import Holding, read_holding
 
 NOT_OF_A_JOB = frozenset({"out", "force", "details", "json", "no_cache", "help"})
 """Options of the command that are about one folder, the terminal, or the whole batch."""

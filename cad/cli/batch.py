@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from cad.batch.summary import Summary
     from cad.work.child import Limits
     from cad.work.host import Host
-    from wpcal.study.dask.cluster import Cluster
+    from wpcal.core.dask.cluster import Cluster
 
 MOST_AT_ONCE = 256
 MOST_SHOWN = 10  #: Failed jobs that the terminal lists; the summary lists all.
@@ -177,7 +177,7 @@ class _Batch:
     ) -> None:
         from cad.batch.jobs import PRELOADED, files_of_options
         from cad.batch.on_dask import run_on_dask
-        from wpcal.study.dask.cluster import Cluster
+        from wpcal.core.dask.cluster import Cluster
 
         cluster = Cluster(address)
         running.callback(_end, cluster)

@@ -103,7 +103,7 @@ def results_of_robot(robot: str, asked: Request, folder: Path | None) -> Path:
     from cad.cli.pick_start import credentials_asked
     from wpcal.core.errors import ErrorCode, InputError
     from wpcal.core.records import write_file
-    from wpcal.links.registry import link_opener
+    from wpcal.robot.links.registry import link_opener
 
     plan = asked.touching.touches
     if plan is None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cad.session.session import PickSession
     from cad.workpiece.fit_taught import CalibrateOptions
     from wpcal.controllers.points_asked import PointsAsked
-    from wpcal.links.watch import Watch
+    from wpcal.robot.links.watch import Watch
     from wpcal.seam.options import Judging
 
 NOT_CALIBRATE = ("part_step", "taught", "out", "seams", "host", "port", "browser", "other_part")
@@ -158,15 +158,15 @@ def watch_robot(reading: PointsAsked) -> tuple[Callable[[], Watch] | None, Point
 
     Raises `LinkError` when the robot does not answer now.
     """
-    from wpcal.links.registry import kind_of
+    from wpcal.robot.links.registry import kind_of
 
     if reading.robot is None or kind_of(reading.robot) is None:
         return None, reading
-    from wpcal.links.judge import RowJudge
-    from wpcal.links.registry import link_opener
-    from wpcal.links.watch import Watch
     from wpcal.robot.identify.poses_file import parse_tool
     from wpcal.robot.kinematics.arm_file import find_arm
+    from wpcal.robot.links.judge import RowJudge
+    from wpcal.robot.links.registry import link_opener
+    from wpcal.robot.links.watch import Watch
 
     address, opened = link_opener(reading.robot, credentials_asked())
     link = opened()  # here, where a person can be asked for a password
@@ -182,7 +182,7 @@ def watch_robot(reading: PointsAsked) -> tuple[Callable[[], Watch] | None, Point
 
 def credentials_asked() -> Callable[[str], tuple[str, str]]:
     """Return what finds user and password in the environment or asks for them once; they are kept in memory only."""
-    from wpcal.links.reading import LinkError, credentials_of_environment
+    from wpcal.robot.links.reading import LinkError, credentials_of_environment
 
     known: dict[str, tuple[str, str]] = {}
 
@@ -244,7 +244,9 @@ def table_of(taught: Path | None) -> Path:
 
 
 def _is_same(one: Path, other: Path) -> bool:
-    return one == other or (one.exists() and other.exists() and one.samefile(other))
+    from wpcal.core.input_file import is_same_file
+
+    return one == other or is_same_file(one, other)
 
 
 def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
@@ -258,6 +260,7 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
     """
     from cad.pick.draft import KEPT_ENDINGS, backup_of, draft_of, is_read_only, require_table_name, require_table_room
     from wpcal.core.errors import InputError
+    from wpcal.core.input_file import is_same_file
 
     require_table_name(out)
     if out.is_dir():
@@ -265,7 +268,7 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
     for path in (out, draft_of(out), backup_of(out)):
         if path.is_dir():
             raise InputError(f"{path}: is a directory; remove it, or give -o and another name")
-        if path.exists() and part_step.exists() and path.samefile(part_step):
+        if is_same_file(path, part_step):
             raise InputError(f"{path}: is the part itself; give -o and another name")
     if out.suffix in KEPT_ENDINGS:
         raise InputError(f"{out}: is the name of a draft or a backup; give -o and another name")

@@ -14,8 +14,8 @@ from wpcal.cli.option_groups import command
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wpcal.links.judge import Accepted
-    from wpcal.links.watch import Watch
+    from wpcal.robot.links.judge import Accepted
+    from wpcal.robot.links.watch import Watch
 
 WINDOW = "teach"  #: As which the table knows this command.
 KEYS = "Enter: read, s: skip, u: undo, q: end"
@@ -37,7 +37,7 @@ def teach(ctx: click.Context, /, **asked: Any) -> int:
     The table is saved after each key, as by `wpcal pick`. Ends with code 1 unless the verdict is PASS.
     """
     from wpcal.core.errors import InputError
-    from wpcal.links.registry import installed_links
+    from wpcal.robot.links.registry import installed_links
 
     found = start(ctx, PickAsked(**asked))
     if found.watch is None:

@@ -19,11 +19,11 @@ from cad.workpiece.features import judge_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.progress import Progress
 from wpcal.seam import Seam, SeamOptions
 from wpcal.taught.features import Touchable
-from wpcal.taught.user_frames import ProgramReading
 
 Found: TypeAlias = tuple[tuple[Seam, ...], Workpiece]
 MOST_FOUND = 4  #: Seams with other options or decisions.

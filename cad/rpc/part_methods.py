@@ -25,6 +25,7 @@ from cad.workpiece.seams import SeamChoice
 from wpcal.cli.option_groups import option_names
 from wpcal.controllers.points_asked import PointsAsked
 from wpcal.controllers.touch_run import TouchRun
+from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import noted_files, read_bytes
 from wpcal.core.progress import Progress
@@ -39,7 +40,6 @@ from wpcal.seam.record import seams_record
 from wpcal.taught.features import features_record
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.table import read_taught as read_table
-from wpcal.taught.user_frames import ProgramReading
 
 DECISIONS = "decisions"  #: Name of the decisions in messages.
 PART_OPTIONS = OptionSet(Request, without=("details", "json", "accept_unsure", "touches", "setup"))

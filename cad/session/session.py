@@ -22,6 +22,7 @@ from cad.workpiece.moving import MovingChoice
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.errors.prediction import Sigma
 from wpcal.controllers.taught_program import is_program, parse_program
+from wpcal.controllers.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.printable import printable
@@ -31,7 +32,6 @@ from wpcal.seam import Seam
 from wpcal.taught.features import ReferenceFeature, feature_named
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, taught_csv
-from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 from wpcal.touch.advice import advise_set
 
 FIRST_LINE = 2  #: Line of the first complete row in the text of `Rows.to_csv`; the header is line 1.

@@ -41,7 +41,7 @@ from wpcal.touch.touch_results import SilentRows
 
 if TYPE_CHECKING:
     from cad.workpiece.moved_bodies import MovedWorkpiece
-    from wpcal.planning.cell.grasp import Holding
+    from wpcal.touch.grasp import Holding
 
 SEAM_RGB = (0.9, 0.2, 0.1)  #: Colour of seams that are written as edges into the moved STEP file (sRGB).
 
@@ -271,7 +271,7 @@ def calibrate_files(
             (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
         del seams  # of a large part, the largest object here
         if holding is not None:
-            from wpcal.planning.cell.grasp import cell_files, solve_grasp
+            from wpcal.touch.grasp import cell_files, solve_grasp
 
             for name, cell_record in cell_files(holding, solve_grasp(holding, found.T_base_part)).items():
                 (folder / name).write_text(to_json(cell_record), encoding="utf-8")

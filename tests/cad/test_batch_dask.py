@@ -27,7 +27,7 @@ from cad.work.group import GroupRequest
 from tests.cad.batch_faults import FIXTURES, WPCAL, contents, heed_signals, told, write_jobs
 from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.running import FINISHED, TIMEOUT_S, needs_proc, run_here
-from wpcal.study.dask.cluster import Call, Cluster
+from wpcal.core.dask.cluster import Call, Cluster
 
 pytestmark = [needs_proc, pytest.mark.deep]
 REPEATS = 4  #: So often the jobs of the list are repeated: enough to disturb a batch before its end.
@@ -241,9 +241,9 @@ def test_a_notebook_reaches_the_scheduler_while_its_loop_runs(dask: DaskProcesse
 def test_a_worker_with_another_version_is_refused(
     tmp_path: Path, dask: DaskProcesses, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from wpcal.study.dask.same_code import versions_here
+    from wpcal.core.dask.same_code import versions_here
 
-    monkeypatch.setattr("wpcal.study.dask.cluster.versions_here", lambda: {**versions_here(), "numpy": "0.1"})
+    monkeypatch.setattr("wpcal.core.dask.cluster.versions_here", lambda: {**versions_here(), "numpy": "0.1"})
     done = run_here("study", FIXTURES / "yin2003" / "table1.csv", "--dask", dask.address)
     assert done.returncode == 2
     assert done.stderr.startswith("wpcal: worker tcp://127.0.0.1:")
@@ -253,7 +253,7 @@ def test_a_worker_with_another_version_is_refused(
 def test_what_keeps_a_batch_from_starting_is_one_line(
     folder: Path, tmp_path: Path, dask: DaskProcesses, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("wpcal.study.dask.cluster.CONNECT_S", 0.5)
+    monkeypatch.setattr("wpcal.core.dask.cluster.CONNECT_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         port = silent.getsockname()[1]
         refused = {

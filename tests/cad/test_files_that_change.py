@@ -12,10 +12,10 @@ from cad.step.part21 import Part21File
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.controllers.taught_program import read_taught_program
+from wpcal.controllers.user_frames import ProgramReading, parse_uframes
 from wpcal.core.errors import InputError
 from wpcal.results.folder import read_result_folder
 from wpcal.taught.table import read_taught
-from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 

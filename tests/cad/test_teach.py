@@ -14,7 +14,7 @@ from tests.running import run_here
 from wpcal.core.readings import readings_of_table
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
-from wpcal.links.judge import STILL_S
+from wpcal.robot.links.judge import STILL_S
 from wpcal.taught.table import taught_from_table
 
 pytestmark = pytest.mark.usefixtures("kernel_here")

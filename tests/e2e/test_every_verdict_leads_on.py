@@ -22,7 +22,7 @@ from tests.robot_servers import Robot
 from tests.running import run_here
 from tests.samples.walked_parts import PARTS, put_part
 from wpcal.core.transform import RigidTransform
-from wpcal.links.judge import STILL_S
+from wpcal.robot.links.judge import STILL_S
 
 DAYS = {"mistyped": (0.1, 10.0), "good": (0.1, 0.0), "scattered": (0.35, 0.0)}
 """How the points are touched: standard deviation per axis, and by how much the second one is mistyped, mm."""

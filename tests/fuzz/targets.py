@@ -28,10 +28,10 @@ from wpcal.brep.graph_file import read_graph
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.taught_program import require_program
+from wpcal.controllers.user_frames import ANY_FRAME, ProgramReading, parse_uframes, points_in_base, usable_points
 from wpcal.core.errors import InputError
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.grasp import read_base_points, read_holding
 from wpcal.robot.identify.poses_file import parse_tool, read_poses, read_taught_joints
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm
 from wpcal.robot.kinematics.urdf import read_urdf
@@ -40,7 +40,7 @@ from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 from wpcal.taught.pairs import read_pairs
 from wpcal.taught.programs import ProgramReader, TaughtProgram
 from wpcal.taught.table import taught_csv, taught_from_table
-from wpcal.taught.user_frames import ANY_FRAME, ProgramReading, parse_uframes, points_in_base, usable_points
+from wpcal.touch.grasp import read_base_points, read_holding
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import read_stated_welds
 from wpcal.weld.rules import read_rules, shipped_rules, shipped_text

@@ -29,7 +29,7 @@ def test_a_brand_is_known_in_its_own_folder_only():
         name = path.relative_to(ROOT).as_posix()
         if (
             name in EXCEPTIONS
-            or name.startswith(("cad/freecad/", "wpcal/links/"))  # links have a file for each maker
+            or name.startswith(("cad/freecad/", "wpcal/robot/links/"))  # links have a file for each maker
             or (path.parts[-3], path.parts[-2]) in {("controllers", brand) for brand in brands}
         ):
             continue

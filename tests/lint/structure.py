@@ -17,15 +17,15 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_368,
-    "lines of tests": 63_871,
-    "rooms": 20,
-    "arrows between rooms": 98,
+    "lines of wpcal and cad": 122_329,
+    "lines of tests": 63_870,
+    "rooms": 19,
+    "arrows between rooms": 87,
     "imported packages that pyproject.toml does not declare": 0,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
     "functions with more than 6 parameters": 40,
-    "functions with more than 10 branches, per thousand": 22,
+    "functions with more than 10 branches, per thousand": 20,
 }
 COMES_WITH = {"mpl_toolkits": "matplotlib", "anyio": "starlette", "h11": "uvicorn", "dask": "distributed"}
 """Part of another package, or used only through it."""

@@ -31,7 +31,7 @@ def bases(*, cell_json: Path, touched_csv: Path, output: Path, fitting: FitOptio
     """
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import check_writable, new_directory, to_json, write_file
-    from wpcal.planning.cell.grasp import measure_bases, read_base_points
+    from wpcal.touch.grasp import measure_bases, read_base_points
 
     check_writable(output, overwrite=force)
     touched = read_base_points(touched_csv)

@@ -29,8 +29,8 @@ TAKEN = frozenset(
 
 def is_plan(folder: Path) -> bool:
     """Tell whether a folder holds a plan of one robot, and no calibration."""
-    from wpcal.brep.moved_mesh import CALIBRATION_FILE
     from wpcal.core.input_file import holds_file
+    from wpcal.results.agree import CALIBRATION_FILE
 
     if holds_file(folder, CALIBRATION_FILE):
         return False

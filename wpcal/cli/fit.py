@@ -41,12 +41,11 @@ def fit(
     FAIL if the pairs contradict each other or their stated error or a point is shown to be outside, and UNSURE
     otherwise. Ends with code 1 unless the verdict is PASS.
     """
-    from wpcal.calibrate import Criterion, Solver, calibrate
+    from wpcal.calibrate import AnnealingSchedule, Criterion, Solver, calibrate
     from wpcal.cli.calibration_tables import exit_code, show_calibration
     from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import blamed_on
     from wpcal.core.records import to_json
-    from wpcal.optim import AnnealingSchedule
     from wpcal.taught.pairs import read_pairs
 
     criterion = options.criterion or Criterion.MINIMAX

@@ -68,12 +68,12 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.plan_programs import refusals, write_plan
     from wpcal.core.records import to_json
-    from wpcal.formats.trajectory import joint_trajectory, tesseract_states
     from wpcal.pages.sequence import build_sequence_page
     from wpcal.planning.sequence.cuts import out_of_reach
     from wpcal.planning.sequence.kept_plan import INPUT, input_files, kept_plan_of, with_digest
     from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
     from wpcal.planning.sequence.timeline import build_timeline, sequence_csv, sequence_record
+    from wpcal.planning.sequence.trajectory import joint_trajectory, tesseract_states
 
     flags, targets, output = asked.flags, asked.targets, asked.output
     writers = plan_writers(flags.formats)

@@ -80,8 +80,8 @@ def _fitted_on(address: str | None) -> Iterator[Callable[[Iterator[Chunk]], Iter
     if address is None:
         yield None
         return
+    from wpcal.core.dask.cluster import Call, CallFailed, Cluster
     from wpcal.core.errors import InputError
-    from wpcal.study.dask.cluster import Call, CallFailed, Cluster
     from wpcal.study.teaching_error import Chunk
 
     with Cluster(address) as cluster:

@@ -121,13 +121,14 @@ def run_two_robots(asked: TwoRobotRequest, seam: str, *, force: bool, as_json: b
     from wpcal.cli.progress import counted_progress
     from wpcal.controllers.program.coordinated_program import tacks_left_out
     from wpcal.planning.cell.cell_check import check_cell
+    from wpcal.planning.plan.seam_file import part_beside
     from wpcal.planning.search.diagnosis import NoFeasiblePlanError
     from wpcal.planning.search.plan_seam import plan_seam
 
     problem, cell = asked.problem(seam), asked.cell
     _refuse_options(asked)
     held = _held_weld(asked, seam, None)  # bad weld data is refused before the search
-    mesh = _read_mesh(asked.seams_json)
+    mesh, _ = part_beside(asked.seams_json)
     for issue in check_cell(cell):
         if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
             click.echo(f"wpcal: odd cell: {issue.message}", err=True)
@@ -193,14 +194,12 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
 
     Raises `InputError` when a file cannot be used, or arc instructions are asked for without weld data.
     """
-    from wpcal.brep.material import TriangleMaterial
-    from wpcal.brep.mesh_glb import read_part_glb
     from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.core.transform import RigidTransform
-    from wpcal.planning.plan.seam_file import read_held_seams
+    from wpcal.planning.plan.seam_file import part_beside, read_held_seams
     from wpcal.seam.path.position import weld_positions
 
-    cell, mesh = asked.cell, _read_mesh(asked.seams_json)
+    cell, (mesh, part) = asked.cell, part_beside(asked.seams_json)
     seams = read_held_seams(asked.seams_json, cell)
     seam, position = seams[name], "-"
     if plan is not None:
@@ -214,7 +213,6 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
         positions={} if position == "-" else {seam.name: (position, "plan.json")},
     )
     weld = None if welds is None else welds[seam.name]
-    part = None if mesh is None else TriangleMaterial.of(read_part_glb(mesh))
     return HeldWeld(seam=seam, tolerance=asked.programs.path.fitted, weld=weld, arc=arc, part=part)
 
 
@@ -250,22 +248,6 @@ def _describe(languages: str, found: CoordinatedRun) -> str:
         f"{math.degrees(found.part_turned_rad):.2f} deg off the plan; checked again: {found.check.verdict.value}, "
         f"{found.check.describe()}"
     )
-
-
-def _read_mesh(seams_json: Path) -> bytes | None:
-    """Read the part's triangles if `wpcal calibrate` wrote them beside the seams.
-
-    Raises `InputError` if the file cannot be read or is not such a mesh.
-    """
-    from wpcal.brep.mesh_glb import read_part_glb
-    from wpcal.brep.moved_mesh import read_moved_glb
-
-    path = seams_json.with_name("part.glb")
-    if not path.exists():
-        return None
-    mesh = read_moved_glb(path)
-    read_part_glb(mesh, path=str(path))
-    return mesh
 
 
 def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *, force: bool, as_json: bool) -> int:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wpcal.controllers.taught_program import is_program, read_taught_program
+from wpcal.controllers.user_frames import ProgramReading, parse_uframes
 from wpcal.core.errors import InputError
 from wpcal.core.options import named_option, opt
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.taught.table import TaughtPoints, read_taught
-from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

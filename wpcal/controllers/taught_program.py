@@ -7,11 +7,11 @@ from pathlib import Path
 
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import Controller, controller_of_file, controllers
+from wpcal.controllers.user_frames import ProgramReading, points_in_base
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.taught.programs import TaughtProgram
 from wpcal.taught.table import TaughtPoints
-from wpcal.taught.user_frames import ProgramReading, points_in_base
 
 
 def is_program(path: Path) -> bool:

@@ -155,6 +155,11 @@ def holds_file(folder: Path, name: str) -> bool:
         return False
 
 
+def is_same_file(one: Path, other: Path) -> bool:
+    """Tell whether two paths lead to one file that is there."""
+    return one.exists() and other.exists() and one.samefile(other)
+
+
 def _require_regular(path: Path, mode: int, expected: str) -> None:
     if not stat.S_ISREG(mode):
         kind = _KINDS.get(stat.S_IFMT(mode), "is not a regular file")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from wpcal.controllers.taught_program import read_taught_program
+from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import ErrorCode, FormatError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.taught.table import taught_csv
-from wpcal.taught.user_frames import ProgramReading
 
 SAME_MM = 1e-9  #: The same products of rotations in another order.
 TOOL = [20.0, 0.0, 350.0]

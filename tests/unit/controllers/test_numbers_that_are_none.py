@@ -3,8 +3,8 @@
 import pytest
 
 from wpcal.controllers.registry import controller_named
+from wpcal.controllers.user_frames import parse_uframes
 from wpcal.core.errors import FormatError, InputError
-from wpcal.taught.user_frames import parse_uframes
 
 RAPID = "MODULE T\nCONST robtarget V1:=[[{x},2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\nENDMODULE\n"
 FANUC = (

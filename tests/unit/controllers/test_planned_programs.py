@@ -21,7 +21,6 @@ from wpcal.controllers.program.planned_program import PlanOutput, build_planned_
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError
-from wpcal.formats.trajectory import joint_trajectory, tesseract_states
 from wpcal.planning.cell.cell import Rail
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.plan.run import Phase
@@ -30,6 +29,7 @@ from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
 from wpcal.planning.sequence.timeline import build_timeline
+from wpcal.planning.sequence.trajectory import joint_trajectory, tesseract_states
 from wpcal.robot.kinematics.arm import Coupling
 from wpcal.robot.moves import PathTolerance
 from wpcal.weld.find import find_welds

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from wpcal.controllers.taught_program import read_taught_program
+from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import FormatError
-from wpcal.taught.user_frames import ProgramReading
 
 PROGRAMS = Path(__file__).resolve().parents[4] / "shared" / "programs"
 NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"

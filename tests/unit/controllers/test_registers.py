@@ -9,8 +9,8 @@ import pytest
 from tests.running import run_here
 from wpcal.controllers.points_asked import PointsAsked
 from wpcal.controllers.taught_program import read_taught_program
+from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import InputError
-from wpcal.taught.user_frames import ProgramReading
 
 POSREG = """\
 [*POSREG*]$POSREG  Storage: CMOS  Access: RW  : ARRAY[1,100] OF Position Reg

@@ -7,8 +7,8 @@ import pytest
 
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.taught_program import read_taught_program
+from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import ErrorCode, FormatError, InputError
-from wpcal.taught.user_frames import ProgramReading
 
 FILES = {
     "rapid": "taught.mod",

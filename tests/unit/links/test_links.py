@@ -17,12 +17,12 @@ import pytest
 from tests.few import few
 from tests.robot_servers import PASSWORD, USER, Robot, damaged, fake_tls, page
 from wpcal.core.transform import RigidTransform
-from wpcal.links import abb, fanuc, judge, kuka, ur, wire
-from wpcal.links.judge import STILL_MM, Accepted, ArmMovesError, RowJudge
-from wpcal.links.reading import Address, LinkError, Reading, RobotLink, Setting
-from wpcal.links.registry import installed_links, link_opener
-from wpcal.links.watch import Watch
 from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.robot.links import abb, fanuc, judge, kuka, ur, wire
+from wpcal.robot.links.judge import STILL_MM, Accepted, ArmMovesError, RowJudge
+from wpcal.robot.links.reading import Address, LinkError, Reading, RobotLink, Setting
+from wpcal.robot.links.registry import installed_links, link_opener
+from wpcal.robot.links.watch import Watch
 
 OPEN = {
     "ur": ur.open_ur,

@@ -12,9 +12,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.robot_servers import PASSWORD, USER, Robot, metres
-from wpcal.links.opcua import open_opcua
-from wpcal.links.reading import Address
 from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.robot.links.opcua import open_opcua
+from wpcal.robot.links.reading import Address
 
 pytestmark = pytest.mark.deep
 

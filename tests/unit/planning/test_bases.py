@@ -13,7 +13,7 @@ from wpcal.core.errors import FormatError, GeometryError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.cell.grasp import BASE1_COLUMNS, BASE2_COLUMNS, measure_bases, read_base_points
+from wpcal.touch.grasp import BASE1_COLUMNS, BASE2_COLUMNS, measure_bases, read_base_points
 
 EXACT_MM = 1e-6  #: Exact points of two metres through the minimax fit.
 EXACT_RAD = 1e-9

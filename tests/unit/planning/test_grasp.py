@@ -12,8 +12,8 @@ from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.cell.grasp import cell_files, read_holding, solve_grasp
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
+from wpcal.touch.grasp import cell_files, read_holding, solve_grasp
 
 ROUND_OFF_MM = 1e-9
 ROUND_OFF_RAD = 1e-12

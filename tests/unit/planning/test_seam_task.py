@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.one_robot_cells import TEE, fixed_cell
-from wpcal.optim.ladder import cheapest_way
+from wpcal.core.ladder import cheapest_way
 from wpcal.planning.sequence.seam_search import is_swift, steps_of_branch
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input

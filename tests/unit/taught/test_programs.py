@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from wpcal.controllers.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.taught import programs
 from wpcal.taught.features import FeatureKind, ReferenceFeature
 from wpcal.taught.table import TaughtPoints
-from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 
 READER = programs.ProgramReader(lambda *_: programs.ProgramPoints(()), programs.frame_from_angles, "X,Y,Z,RX,RY,RZ")
 

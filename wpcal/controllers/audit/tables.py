@@ -12,10 +12,10 @@ from typing import NamedTuple
 from wpcal.controllers.audit.fault import Fault
 from wpcal.core.errors import FormatError, WpcalError
 from wpcal.core.tables import parse_table, read_table
-from wpcal.planning.cell.grasp import BASE1_COLUMNS, BASE2_COLUMNS, read_base_points
 from wpcal.taught.columns import TAUGHT_COLUMNS
 from wpcal.taught.pairs import REAL_COLUMNS, read_pairs
 from wpcal.taught.table import read_taught
+from wpcal.touch.grasp import BASE1_COLUMNS, BASE2_COLUMNS, read_base_points
 
 MOST_FAULTS = 50  #: Faults that are listed per file; with more, the file is of another kind or has another separator.
 UNITS = ("_mm", "_deg", "_rad", "_s", "_mm_s", "_mm2")  #: Ends of the names of columns that hold numbers.

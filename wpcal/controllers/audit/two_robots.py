@@ -26,8 +26,8 @@ from wpcal.core.input_file import read_bytes
 from wpcal.core.records import parse_json, read_json
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.run_record import PLAN_SCHEMA
+from wpcal.planning.plan.seam_file import PART_FILE
 from wpcal.planning.sequence.kept_plan import CELL_FILE, INPUT, PLAN_FILE, require_as_made
-from wpcal.planning.sequence.sequence_input import PART_FILE
 
 CHECKED = (
     "of two robots, or of a robot and its positioner: the same marks in both, moves of both, what they name, arc; "

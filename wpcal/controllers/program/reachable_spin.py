@@ -19,9 +19,9 @@ from wpcal.controllers.program.few_moves import AXIS, spin_from_travel, with_mov
 from wpcal.controllers.program.spin import START_COST, STEP_RAD, possible_offsets, spun, swing_and_twist
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
+from wpcal.core.ladder import cheapest_way
 from wpcal.core.same_bits import poses
 from wpcal.core.transform import RigidTransform
-from wpcal.optim.ladder import cheapest_way
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, solve_inverse, turn_into_limits, with_whole_turns
 from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, tool_rotations

@@ -15,9 +15,9 @@ import math
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.ladder import cheapest_way
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.tangent import exp_rotation
-from wpcal.optim.ladder import cheapest_way
 from wpcal.robot.torch.attitude import ToolAxis
 
 STEP_RAD = math.radians(5.0)  #: Step of e: finer steps change the sum by less than the swing does.

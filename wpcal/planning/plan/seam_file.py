@@ -1,4 +1,4 @@
-"""The seams of a ``seams.json`` in the frame `part`, and one of them as a path."""
+"""The seams of a ``seams.json`` in the frame `part`, one of them as a path, and the part beside them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.brep.moved_mesh import read_moved_glb
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace, common_space
@@ -15,6 +18,8 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
+
+PART_FILE = "part.glb"
 
 
 class PartSeams(NamedTuple):
@@ -49,6 +54,17 @@ def seams_in_part(path: Path, cell: Cell, *, with_place: bool) -> PartSeams:
         seam if seam.frames.frame == "part" else replace(seam, frames=seam.frames.moved(T_part_base)) for seam in seams
     )
     return PartSeams(record, tuple(moved), T_base_part)
+
+
+def part_beside(seams_json: Path, part_glb: bytes | None = None) -> tuple[bytes | None, TriangleMaterial | None]:
+    """Return the given mesh, or the one that `wpcal calibrate` wrote beside the seams, and the same as triangles.
+
+    Raises `InputError` or `FormatError` if a file cannot be read or is not such a mesh.
+    """
+    path = seams_json.with_name(PART_FILE)
+    if part_glb is None and path.exists():
+        part_glb = read_moved_glb(path)
+    return part_glb, None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb, path=str(path)))
 
 
 def read_held_seams(path: Path, cell: Cell) -> dict[str, Seam]:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.ladder import cheapest_way
 from wpcal.core.same_bits import product
-from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.search.diagnosis import LEANS, Obstacle, attitudes_at, farthest_from_a_plan, left_reach, obstacle_at

@@ -18,8 +18,8 @@ from itertools import groupby, islice
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.ladder import cheapest_way
 from wpcal.core.same_bits import inverse_pose, product, sine_cosine
-from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.bodies import with_torch_at, with_wire
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import CellClearance

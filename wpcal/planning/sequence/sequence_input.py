@@ -9,14 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.brep.mesh_glb import read_part_glb
-from wpcal.brep.moved_mesh import read_moved_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.plan.seam_file import seams_in_part
+from wpcal.planning.plan.seam_file import part_beside, seams_in_part
 from wpcal.robot.torch.file import torch_of_seams
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named
@@ -25,7 +23,7 @@ from wpcal.seam.seam import Seam
 from wpcal.weld.runs import RunChoice, WeldRun, laid_runs
 from wpcal.weld.seam_weld import SeamWeld
 
-SEAMS_FILE, PART_FILE = "seams.json", "part.glb"
+SEAMS_FILE = "seams.json"
 OFF_PART_MM = 10.0  #: A seam is this far from the box of its part at most: half of a wide gap.
 
 
@@ -120,9 +118,7 @@ def read_sequence_input(
     rows = [row for row, seam in enumerate(seams) if (seam.accepted if chosen is None else seam.name in chosen)]
     if not rows:
         raise InputError(f"{path}: none of the {len(known)} seams is accepted; name candidates with --only")
-    glb = path.with_name(PART_FILE)
-    raw = part_glb if part_glb is not None else read_moved_glb(glb) if glb.exists() else None
-    part = None if raw is None else TriangleMaterial.of(read_part_glb(raw, path=str(glb)))
+    raw, part = part_beside(path, part_glb)
     if part is not None and part_glb is not None:
         _require_on_part([seams[row] for row in rows], part)
     errors = errors_from_record(record)

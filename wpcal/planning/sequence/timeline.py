@@ -27,10 +27,10 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.run import Phase
 from wpcal.planning.plan.run_record import CSV_DIGITS
+from wpcal.planning.plan.seam_file import PART_FILE
 from wpcal.planning.sequence.kept_plan import PLAN_SCHEMA, KeptPlan, shown_units
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
-from wpcal.planning.sequence.sequence_input import PART_FILE
 from wpcal.planning.sequence.weld_sequence import WeldPiece, WeldSequence, air_seconds
 from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.weld.runs import RunChoice

@@ -16,8 +16,8 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.ladder import cheapest_way
 from wpcal.core.motion import APPROACH_MM
-from wpcal.optim.ladder import cheapest_way
 from wpcal.robot.moves import sweep_moves
 from wpcal.robot.moves.interpolation import swings_between, turns_between
 from wpcal.robot.torch.shape import TorchShape

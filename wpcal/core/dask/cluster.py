@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
+from wpcal.core.dask.same_code import OtherVersionError, checked_call, require_same, versions_here
 from wpcal.core.errors import InputError
 from wpcal.core.wording import shown
-from wpcal.study.dask.same_code import OtherVersionError, checked_call, require_same, versions_here
 
 CONNECT_S = 8.0  #: A scheduler answers within a fraction of a second.
 LOOK_S = 1.0  #: So often the command looks which workers there are.

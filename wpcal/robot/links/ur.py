@@ -22,8 +22,8 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
-from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting
-from wpcal.links.wire import ANSWER_S, Wire
+from wpcal.robot.links.reading import Address, Credentials, LinkError, Reading, Setting
+from wpcal.robot.links.wire import ANSWER_S, Wire
 
 PORT, MESSAGES = 30004, 30011
 VERSION, OUTPUTS, START, TEXT, DATA = b"VOSMU"

@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.core.transform import RigidTransform
-from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers, pose, setting_name
-from wpcal.links.wire import Wire
+from wpcal.robot.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers, pose, setting_name
+from wpcal.robot.links.wire import Wire
 
 PORT = 7000
 READ = 0  #: The function; 1 would write.

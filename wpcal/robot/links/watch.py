@@ -9,8 +9,8 @@ from collections.abc import Callable
 from functools import partial
 
 from wpcal.core.errors import WpcalError
-from wpcal.links.judge import Accepted, ArmMovesError, RowJudge
-from wpcal.links.reading import LinkError, Reading, RobotLink
+from wpcal.robot.links.judge import Accepted, ArmMovesError, RowJudge
+from wpcal.robot.links.reading import LinkError, Reading, RobotLink
 
 PERIOD_S = 0.08  #: Between readings: three fall into the time in which the arm must stand.
 KEPT = 50  #: Readings kept, of the last four seconds at this period.

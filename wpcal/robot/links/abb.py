@@ -18,8 +18,8 @@ import numpy as np
 
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
-from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers, setting_name
-from wpcal.links.wire import Web
+from wpcal.robot.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers, setting_name
+from wpcal.robot.links.wire import Web
 
 HTTP, HTTPS = 80, 443
 UNIT = "ROB_1"

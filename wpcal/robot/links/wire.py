@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from wpcal.links.reading import Credentials, LinkError
+from wpcal.robot.links.reading import Credentials, LinkError
 
 ANSWER_S = 1.0
 """Time limit of a connection and of every whole answer, s: twice the age at which a position is no longer used."""

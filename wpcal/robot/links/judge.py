@@ -12,8 +12,8 @@ import numpy as np
 
 from wpcal.core.readings import KeptReading, six_of
 from wpcal.core.transform import RigidTransform
-from wpcal.links.reading import LinkError, Reading, Setting
 from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.links.reading import LinkError, Reading, Setting
 
 OLDEST_S = 0.5  #: Age of a position that is no longer used.
 STILL_S = 0.2  #: Over at least this time the arm must have been where it is.

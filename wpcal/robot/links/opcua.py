@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.transform import RigidTransform
-from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers
-from wpcal.links.wire import ANSWER_S
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.robot.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers
+from wpcal.robot.links.wire import ANSWER_S
 
 PORT = 4840
 AXES = "Axes"  #: Folder of a motion device; in each of its objects is ParameterSet/ActualPosition.

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers, pose, setting_name
-from wpcal.links.wire import Web, Wire
+from wpcal.robot.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers, pose, setting_name
+from wpcal.robot.links.wire import Web, Wire
 
 HTTP, FTP = 80, 21
 PAGE = "curpos.dg"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib.metadata import EntryPoint
 
 from wpcal.core.installed import installed
-from wpcal.links.reading import Address, Credentials, LinkError, RobotLink, credentials_of_environment
+from wpcal.robot.links.reading import Address, Credentials, LinkError, RobotLink, credentials_of_environment
 
 LINKS = "wpcal.links"  #: The entry-point group.
 OpenLink = Callable[[Address, Credentials], RobotLink]
