@@ -37,11 +37,10 @@ def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: M
 
 def size_words(feature: ReferenceFeature) -> str:
     """Say a feature's size: ``18.000 / 10.000 x 20.000 through, counterbore``; diameters, then depth or length, mm."""
-    diameters = list(dict.fromkeys(f"{step.diameter_mm:.3f}" for step in feature.steps))
-    if not diameters and feature.diameter_mm is not None:
-        diameters = [f"{feature.diameter_mm:.3f}"]
-    lengths = [f"{value:.3f}" for value in (feature.length_mm, feature.depth_mm) if value is not None]
-    words = [" x ".join([" / ".join(diameters), *lengths] if diameters else lengths)]
+    diameters = _millimetres([step.diameter_mm for step in feature.steps] or [feature.diameter_mm])
+    across = " / ".join(dict.fromkeys(diameters))
+    lengths = _millimetres([feature.length_mm, feature.depth_mm])
+    words = [" x ".join([across, *lengths] if across else lengths)]
     if feature.area_mm2 is not None:
         words.append(f"{feature.area_mm2:.1f} mm2")
     if feature.is_through is not None:
@@ -49,6 +48,10 @@ def size_words(feature: ReferenceFeature) -> str:
     if feature.form is not None and feature.form.value != "plain":
         words.append(feature.form.value)
     return " ".join(word for word in words if word)
+
+
+def _millimetres(values: Sequence[float | None]) -> list[str]:
+    return [f"{value:.3f}" for value in values if value is not None]
 
 
 CELLS: Mapping[str, Callable[[Seam], str]] = {

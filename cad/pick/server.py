@@ -45,7 +45,7 @@ from cad.workpiece.moving import MovingChoice
 from wpcal.cli.signals import ENDING
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError
-from wpcal.links.watch import Watch
+from wpcal.robot.links.watch import Watch
 
 LARGEST_BYTES = 8_000_000  #: Largest request: the longest list of points accepted, in base64.
 TOKEN_BYTES = 18  #: 144 bits cannot be guessed.

@@ -29,7 +29,7 @@ from cad.session.part import PickPart
 from cad.session.rows import Rows, is_shown, read_rows
 from cad.workpiece.moving import MovingChoice
 from wpcal.core.errors import ErrorCode, FormatError, InputError
-from wpcal.core.input_file import sha256_of
+from wpcal.core.input_file import is_same_file, sha256_of
 from wpcal.core.records import write_file
 
 FILE_CHANGED = "file-changed"  #: Code of the fault that the file is not the one that the page shows.
@@ -244,7 +244,7 @@ class SharedTable:
     def _write(self, out: Path, data: bytes, *, replaces: str) -> str:
         """Write the file and return where the version before is kept, if it was another one."""
         part = self._part_step
-        if part is not None and part.exists() and out.exists() and out.samefile(part):
+        if part is not None and is_same_file(out, part):
             raise InputError(f"{out}: is the part itself; save under another name")
         found = bytes_of(out)
         if found == data:

@@ -38,7 +38,8 @@ def next_for_bodies(
     have, others = named
     taken = {feature.name for feature in (*have, *others)}
     planned = planned_touches(part, rows, ball_mm)
-    made = np.zeros((0, 3)) if planned is None else planned[0].p_base
+    touched, points = (None, have) if planned is None else (planned[0], ())
+    made = np.zeros((0, 3)) if touched is None else touched.p_base
     free = [
         item
         for item in part.touchables
@@ -48,12 +49,12 @@ def next_for_bodies(
     ]
     accepted = [seam for seam in part.seams if seam.accepted]
     found = advise_bodies(
-        Advisable(part.workpiece, accepted, free, have if planned is None else ()),
+        Advisable(part.workpiece, accepted, free, points),
         choice,
         teaching=teaching,
         seam_options=part.seam_options,
-        touched=None if planned is None else planned[0],
-        how_many=HowMany(max(FIRST_POINTS - (len(have) if planned is None else len(made)), 1)),
+        touched=touched,
+        how_many=HowMany(max(FIRST_POINTS - len(points) - len(made), 1)),
     )
     return {
         "features": [touch.name for touch in found.touches],

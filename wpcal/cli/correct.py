@@ -36,6 +36,7 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     robot's error comes back.
     """
     from wpcal.cli.outputs import require_new
+    from wpcal.core.issue import Issue
     from wpcal.core.records import to_json, write_file
     from wpcal.core.rotations import rx_ry_rz_deg
     from wpcal.robot.compensation import correct_points
@@ -48,8 +49,10 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     names, joints, others = read_taught_joints(taught_csv, arm)
     T_flange_tool, tool_error_mm = parse_tool(tool)
     points = correct_points(arm, joints, T_flange_tool=T_flange_tool)
-    bias_mm = arm.unseen_tool_mm if tool_error_mm is None else tool_error_mm
-    issues = _doubts(arm.name, bias_mm) if bias_mm and tool_error_mm is None else []
+    bias_mm, issues = tool_error_mm, list[Issue]()
+    if bias_mm is None:
+        bias_mm = arm.unseen_tool_mm
+        issues = _doubts(arm.name, bias_mm)
     for issue in issues:
         click.echo(f"note: {issue.message}", err=True)
     postures = arm.forward(joints)[:, :3, :3] @ T_flange_tool.R
@@ -80,8 +83,8 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
 
 
 def _doubts(arm: str, bias_mm: float) -> list[Issue]:
-    from wpcal.core.issue import Issue
-
+    if not bias_mm:
+        return []
     message = (
         f"{arm} was identified with an unknown tool, so this tool centre point may be off by {bias_mm:.1f} mm (95 %); "
         "find it in the identified arm with `wpcal tcp` and give its file as --tool"

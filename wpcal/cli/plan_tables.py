@@ -9,14 +9,10 @@ from rich.table import Table
 
 from wpcal.planning.plan.run import CellRun
 from wpcal.planning.search.objectives import OBJECTIVES
-from wpcal.planning.search.pareto import PlanningResult, Preference
+from wpcal.planning.search.pareto import ParetoSet, PlanningResult, Preference
 
 
-def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[CellRun], console: Console) -> None:
-    """Print the front, the volume that each method dominates, and what is known of the chosen plan."""
-    front = result.front
-    chosen = front.chosen(preference)
-    run = runs[chosen]
+def _plans_table(front: ParetoSet, chosen: int, runs: Sequence[CellRun]) -> Table:
     table = Table(title=f"Plans of seam {front.plans[0].seam}")
     objectives = [f"{objective.label} {objective.unit}" for objective in OBJECTIVES]
     for heading in ("", "found by", *objectives, "least clearance mm", "tip error mm", "tip speed mm/s"):
@@ -27,7 +23,15 @@ def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[Ce
         mark = f"{row + 1} *" if row == chosen else f"{row + 1}"
         speed = f"{tip.slowest_mm_s:.1f} to {tip.fastest_mm_s:.1f}"
         table.add_row(mark, plan.found_by, *values, least, f"{tip.error_mm:.2f}", speed)
-    console.print(table)
+    return table
+
+
+def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[CellRun], console: Console) -> None:
+    """Print the front, the volume that each method dominates, and what is known of the chosen plan."""
+    front = result.front
+    chosen = front.chosen(preference)
+    run = runs[chosen]
+    console.print(_plans_table(front, chosen, runs))
     for name, group in (("ladder and least squares", result.ladder), ("NSGA-II", result.genetic)):
         if group is not None:
             console.print(f"{name}: {len(group)} plans, hypervolume {result.hypervolume_of(group):.4g}")

@@ -39,6 +39,20 @@ def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json:
     return 0
 
 
+def _row(shape: TorchShape) -> tuple[str, ...]:
+    nozzle = f"{2 * shape.nozzle_radius_mm:g}"
+    if shape.mouth_radius_mm is not None:
+        nozzle = f"{2 * shape.mouth_radius_mm:g} to {nozzle} in {shape.taper_mm:g}"
+    neck, body = "straight", "-"
+    if shape.neck is not None:
+        own = shape.neck
+        bend = f", {own.angle_deg:g} deg on radius {own.bend_mm:g}" if own.angle_deg else ", straight"
+        neck = f"{2 * own.radius_mm:g}{bend}, {own.from_mm:g} behind the mouth"
+        body = f"{2 * own.body_radius_mm:g} from {own.body_from_mm:g} on"
+    wire = f"{shape.wire_mm:g}, at most {shape.wires_mm[-1]:g}"
+    return shape.name, wire, nozzle, neck, body, f"{shape.length_mm:g}"
+
+
 def _show(shapes: list[TorchShape], out: Path | None) -> None:
     from rich.table import Table
 
@@ -50,17 +64,7 @@ def _show(shapes: list[TorchShape], out: Path | None) -> None:
         table.add_column(heading, no_wrap=heading == "torch")
     table.add_column("length", justify="right")
     for shape in shapes:
-        nozzle = f"{2 * shape.nozzle_radius_mm:g}"
-        if shape.mouth_radius_mm is not None:
-            nozzle = f"{2 * shape.mouth_radius_mm:g} to {nozzle} in {shape.taper_mm:g}"
-        neck, body = "straight", "-"
-        if shape.neck is not None:
-            own = shape.neck
-            bend = f", {own.angle_deg:g} deg on radius {own.bend_mm:g}" if own.angle_deg else ", straight"
-            neck = f"{2 * own.radius_mm:g}{bend}, {own.from_mm:g} behind the mouth"
-            body = f"{2 * own.body_radius_mm:g} from {own.body_from_mm:g} on"
-        wire = f"{shape.wire_mm:g}, at most {shape.wires_mm[-1]:g}"
-        table.add_row(shape.name, wire, nozzle, neck, body, f"{shape.length_mm:g}")
+        table.add_row(*_row(shape))
     console = plain_console()
     console.print(table)
     shown = [torch for torch in shipped_torches() if torch.shape in shapes]

@@ -19,6 +19,7 @@ from wpcal.records.parts import (
     Rotation,
     Sha256,
     Share,
+    Space,
     ToolError,
     Vector,
 )
@@ -132,9 +133,7 @@ class CalibrationCovariance(Record):
         "Rows and columns of values: rotation, then translation."
     )
     about: str = D("The point about which the rotation is taken.")
-    degrees_of_freedom: NotNegative | None = D(
-        "Behind the scale of the covariance; null if the teaching error is stated."
-    )
+    degrees_of_freedom: NotNegative | None = D("Of the scale of the covariance; null if the teaching error is stated.")
     values: Covariance = D("Row by row: rad², rad·mm and mm².")
 
 
@@ -289,9 +288,7 @@ class EvidenceRival(Record):
 class Evidence(Record):
     starts: Number = D("Starts of the search.")
     agreeing: Count = D("Starts that ended at the answer.")
-    next_best_rms_mm: NotNegative | None = D(
-        "Root mean square residual of the best other answer; null if there is none."
-    )
+    next_best_rms_mm: NotNegative | None = D("Root mean square residual of the best other answer; null without one.")
     rivals: Maybe[list[EvidenceRival]] = D(
         "Other places of the part that the touches do not exclude with 95 % confidence. Missing if there are none."
     )
@@ -299,9 +296,7 @@ class Evidence(Record):
 
 class Freedom(Record):
     motion: str = D("In words, in part coordinates.")
-    singular_value: NotNegative = D(
-        "Change of all residuals, in mm, per mm of this motion at the radius of the touches."
-    )
+    singular_value: NotNegative = D("Change of all residuals, mm, per mm of this motion at the radius of the touches.")
     held_by: list[str] = D("Touches that hold this motion, the strongest first.")
 
 
@@ -425,16 +420,12 @@ class Calibration(Record):
     )
     searches: Maybe[Searches] = D("The run of a touch program whose results were fitted. Only with --touches.")
     left_out: Maybe[list[str]] = D("Points that the user left out (use no).")
-    robot_space: Literal["nominal", "identified"] = D(
-        "Robot model behind the positions: the controller's own, or an identified one."
-    )
+    robot_space: Space
     verdict: Literal["PASS", "UNSURE", "FAIL"] = D(
         "PASS: the seams are shown to be within tolerance_mm. FAIL: the observations contradict each other or their "
         "stated error, or a seam is shown to be outside. UNSURE: neither is shown."
     )
-    judgement: Maybe[Judgement] = D(
-        "The verdict as every command and page states it. Results of older versions lack it."
-    )
+    judgement: Maybe[Judgement] = D("The verdict as every command and page states it. Older results lack it.")
     criterion_advice: Maybe[str | None] = D(
         "Which other criterion to take, and what it would give; null if the one asked for is as good."
     )
@@ -464,9 +455,7 @@ class Calibration(Record):
     distrusted: Maybe[Distrusted | None] = D(
         "Points that the other points contradict, and what leaving them out changes; null if there are none."
     )
-    suspect: Maybe[Suspect] = D(
-        "What the observations say about a wrong one among them. Missing if none is contradicted."
-    )
+    suspect: Maybe[Suspect] = D("What observations say about a wrong one among them. Missing if none is contradicted.")
     scale: Maybe[Scale] = D(
         "How much larger the part is than its model, fitted beside the pose; applied only if applied_scale says so. "
         "Missing for fewer than five observations."

@@ -69,9 +69,7 @@ class TorchRobot(CellRobot):
 
 
 class HolderRobot(CellRobot):
-    T_flange_part: Maybe[Frame | None] = D(
-        "The grasp; null or missing until it is known (wpcal calibrate --holder-joints)."
-    )
+    T_flange_part: Maybe[Frame | None] = D("The grasp; null or missing until known (wpcal calibrate --holder-joints).")
     links: list[Shape] = D("Bodies of the arm, with its gripper.")
     part: list[Shape] = D("Bodies in the frame part.")
 

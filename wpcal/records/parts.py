@@ -75,15 +75,16 @@ Matrix = Annotated[list[Quaternion], Meta(min_length=4, max_length=4)]
 MatrixByRows = Annotated[
     Matrix, D("Homogeneous 4×4 matrix by rows: rotation without unit, translation in mm; the last row is 0 0 0 1.")
 ]
+Space = Annotated[
+    Literal["nominal", "identified"], D("Robot model behind the positions: the controller's own, or an identified one.")
+]
 Covariance = Annotated[list[Six], Meta(min_length=6, max_length=6)]
 
 
 class Issue(Record):
     """Something odd, but not fatal."""
 
-    code: Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")] = D(
-        "Stable word for programs, lower case with dashes."
-    )
+    code: Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")] = D("Stable word for programs: lower case, dashes.")
     message: str = D("One sentence for people.")
     ids: list[str] = D("Names of the faces, solids, points or seams concerned.")
 
@@ -164,9 +165,7 @@ class FeatureOfPart(Record):
     direction: Annotated[Vector, D("Unit vector.")] | None = D("Axis or normal in part; null if the kind has none.")
     diameter_mm: NotNegative | None = D("Of a slot: its width. Null if the kind has none.")
     solid: str = D("Name of the solid.")
-    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D(
-        "How a person touches it."
-    )
+    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D("How it is touched.")
     faces: list[Count] = D("Faces that are touched, by their number in the part.")
     length_mm: Maybe[NotNegative] = D("Of an edge, boss, slot or axis.")
     depth_mm: Maybe[NotNegative] = D("Of a hole or slot.")

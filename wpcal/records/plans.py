@@ -7,6 +7,9 @@ from msgspec import Meta
 from wpcal.records.cells import Issue
 from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Pair, Place, Positive, Record, Six
 
+AT_LIMIT = D("The joint that reaches its speed limit first; null if no arm states joint speeds.")
+TIP = D("The tip of the wire in the part between the points of the weld, where both controllers interpolate joints.")
+
 
 class Units(Record):
     length: Literal["mm"]
@@ -85,14 +88,10 @@ class Plan(Record):
     as_printed: dict[str, float] = D("The functions of Hou 2018 as printed.")
     speed_mm_s: Positive = D("Speed of the wire along the seam.")
     asked_mm_s: Positive
-    speed_limit: SpeedLimit | None = D(
-        "The joint that reaches its speed limit first; null if no arm states joint speeds."
-    )
+    speed_limit: SpeedLimit | None = AT_LIMIT
     freedom: Literal["unchecked", "free", "not free"]
     check: Check | None = D("Measurements between the points; null if the check did not run.")
-    between_points: Maybe[BetweenPoints] = D(
-        "The tip of the wire in the part between the points of the weld, where both controllers interpolate joints."
-    )
+    between_points: Maybe[BetweenPoints] = TIP
     issues: Maybe[list[Issue]] = D("What is odd in the cell: bodies, frames and mounting faces (wpcal plan --check).")
     robots: Annotated[list[Robot], Meta(min_length=2, max_length=2)]
     coordinated: Maybe[list[Coordinated]] = D(
@@ -147,23 +146,17 @@ class ParetoPlan(Record):
     rotation_deg: list[float]
     work_deg: list[float]
     travel_deg: list[float]
-    between_points: Maybe[BetweenPoints] = D(
-        "The tip of the wire in the part between the points of the weld, where both controllers interpolate joints."
-    )
+    between_points: Maybe[BetweenPoints] = TIP
 
 
 class Run(Record):
     speed_mm_s: Positive = D("Speed of the wire along the seam.")
     asked_mm_s: Positive
     weld_s: NotNegative = D("Time of the weld from its first point to its last, s.")
-    speed_limit: SpeedLimit | None = D(
-        "The joint that reaches its speed limit first; null if no arm states joint speeds."
-    )
+    speed_limit: SpeedLimit | None = AT_LIMIT
     freedom: Literal["unchecked", "free", "not free"]
     check: Check | None = D("Measurements between the points; null if the check did not run.")
-    between_points: BetweenPoints = D(
-        "The tip of the wire in the part between the points of the weld, where both controllers interpolate joints."
-    )
+    between_points: BetweenPoints = TIP
 
 
 class ParetoUnits(Record):

@@ -28,9 +28,7 @@ class Point(Record):
     name: str
     p_base_mm: Vector = D("x, y, z in base, mm.")
     feature: Maybe[str] = D("Name of the feature that the point is; empty if it is not known.")
-    rx_ry_rz_deg: Maybe[Vector | None] = D(
-        "Posture of the tool in base, R = Rz Ry Rx; null if the program does not say."
-    )
+    rx_ry_rz_deg: Maybe[Vector | None] = D("Posture of the tool in base, R = Rz Ry Rx; null if the program says none.")
 
 
 class Taught(Record):
@@ -142,9 +140,7 @@ class PickDraft(Record):
 
 class SheetPart(Record):
     file: str = D("Name of the STEP file.")
-    sha256: Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")] = D(
-        "SHA-256 of the file; empty for shapes from a script."
-    )
+    sha256: Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")] = D("SHA-256 of the file; empty for shapes of a script.")
 
 
 class SheetFeature(FeatureOfPart):

@@ -107,9 +107,7 @@ class Export(Record):
     verdict: Maybe[str | None] = D("Verdict of the calibration, as in calibration.json.")
     checked: Maybe[list[str]] = D("What was checked before the programs were written, in sentences.")
     seams: list[str] = D("Names of the seams, in the order of the programs.")
-    left_out: Maybe[list[dict[str, str]]] = D(
-        "Seams that were asked for and not written: name (seam) and reason (why)."
-    )
+    left_out: Maybe[list[dict[str, str]]] = D("Seams that were asked for and not written: name (seam), reason (why).")
     searches: Maybe[list[str]] = D("Names of the searches of a plan of touches, in the order of the programs.")
     fingerprint: Maybe[Annotated[str, Meta(pattern="^[0-9a-f]{8}$")]] = D("Of the plan of touches.")
     setup: Maybe[str] = D("The touch setup: its file, or that its defaults were used.")

@@ -16,10 +16,13 @@ from wpcal.records.parts import (
     Record,
     Rotation,
     Share,
+    Space,
     ToolError,
     TorchShape,
     Vector,
 )
+
+LINKS = D("Modified Denavit-Hartenberg parameters, one link per joint, from the base.")
 
 
 class Link(Record):
@@ -47,9 +50,7 @@ class Coupling(Record):
 
 
 class Nominal(Record):
-    links: Annotated[list[Link], Meta(min_length=1)] = D(
-        "Modified Denavit-Hartenberg parameters, one link per joint, from the base."
-    )
+    links: Annotated[list[Link], Meta(min_length=1)] = LINKS
     T_base_dh0: Maybe[Place] = D("Frame before the first link, in base; identity if not given.")
     T_dhn_flange: Maybe[Place] = D("Flange in the frame of the last link; identity if not given.")
 
@@ -64,12 +65,8 @@ class Arm(Record):
     name: str
     source: Maybe[str] = D("Where the numbers come from.")
     licence: Maybe[str] = D("Licence of the source.")
-    robot_space: Literal["nominal", "identified"] = D(
-        "Robot model behind the positions: the controller's own, or an identified one."
-    )
-    links: Annotated[list[Link], Meta(min_length=1)] = D(
-        "Modified Denavit-Hartenberg parameters, one link per joint, from the base."
-    )
+    robot_space: Space
+    links: Annotated[list[Link], Meta(min_length=1)] = LINKS
     T_base_dh0: Maybe[Place] = D("Frame before the first link, in base; identity if not given.")
     T_dhn_flange: Maybe[Place] = D("Flange in the frame of the last link; identity if not given.")
     joints: Annotated[list[Joint], Meta(min_length=1)]
@@ -195,9 +192,7 @@ class Parameter(Record):
     identified: float
     change: float
     half_width_95: NotNegative | None = D("Half width of the 95 % interval; null after ga-tabu.")
-    absorbs: list[str] = D(
-        "Unseen parameters whose error this one absorbs; its interval includes their expected error."
-    )
+    absorbs: list[str] = D("Unseen parameters whose error this one absorbs; its interval has their expected error.")
 
 
 class Unseen(Record):
@@ -238,9 +233,7 @@ class Search(Record):
 class Outlier(Record):
     rows: list[int] = D("Lines of the file.")
     distance_mm: float = D("Distance from what the other poses give, mm.")
-    turn_deg: float | None = D(
-        "Angle from what the other poses give, degrees; null where only positions were measured."
-    )
+    turn_deg: float | None = D("Angle from what the other poses give, degrees; null where only places were measured.")
     held_back: bool = D("Whether the pose was kept back for the test.")
 
 
@@ -292,9 +285,7 @@ class Identification(Record):
 
     schema: Literal["wpcal/identification/1"]
     robot: str
-    robot_space: Literal["nominal", "identified"] = D(
-        "Robot model behind the positions: the controller's own, or an identified one."
-    )
+    robot_space: Space
     solver: Literal["least-squares", "ga-tabu"]
     error_field: Maybe[ErrorFields] = D(
         "Smooth position errors of the test poses; null for few poses. For wpcal calibrate --robot-mm."
@@ -319,9 +310,7 @@ class Identification(Record):
     parameters: list[Parameter]
     unseen: list[Unseen] = D("Parameters that the poses do not determine.")
     correlations: list[Correlation] = D("Strongly correlated parameters.")
-    T_measurement_base: Transform | None = D(
-        "Robot base in the frame of the measurement; null if it was not asked for."
-    )
+    T_measurement_base: Transform | None = D("Robot base in the frame of the measurement; null if not asked for.")
     T_flange_tool: Transform | None = D("Measured body on the flange; null if it was not asked for or not measured.")
     reflectors_flange_mm: dict[str, Vector] | None = D(
         "Measured points on the flange, by name; null if they were not asked for."

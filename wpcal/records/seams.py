@@ -19,10 +19,13 @@ from wpcal.records.parts import (
     Record,
     Rotation,
     Share,
+    Space,
     TorchShape,
     Units,
     Vector,
 )
+
+STRETCH = D("The stretch to weld: from and to, as arc lengths from the start of the candidate, mm.")
 
 
 class Torch(TorchShape):
@@ -85,9 +88,7 @@ class Candidate(Record):
 
 class Join(Record):
     candidate: Candidate
-    range_mm: Maybe[Annotated[list[NotNegative], Meta(min_length=2, max_length=2)]] = D(
-        "The stretch to weld: from and to, as arc lengths from the start of the candidate, mm."
-    )
+    range_mm: Maybe[Annotated[list[NotNegative], Meta(min_length=2, max_length=2)]] = STRETCH
 
 
 class Edit(Record):
@@ -95,9 +96,7 @@ class Edit(Record):
     reject: Maybe[bool] = D("Do not weld it.")
     reverse: Maybe[bool] = D("Weld it in the other direction.")
     name: Maybe[Annotated[str, Meta(min_length=1, max_length=200)]]
-    range_mm: Maybe[Annotated[list[NotNegative], Meta(min_length=2, max_length=2)]] = D(
-        "The stretch to weld: from and to, as arc lengths from the start of the candidate, mm."
-    )
+    range_mm: Maybe[Annotated[list[NotNegative], Meta(min_length=2, max_length=2)]] = STRETCH
     other_side: Maybe[bool] = D("The torch comes from the other side: y and z are reversed.")
     join: Maybe[list[Join]] = D(
         "Other candidates, or stretches of them, that are welded with it in one run. Their ends meet; they are no "
@@ -232,9 +231,7 @@ class Seams(Record):
     frame: Literal["base", "part"] = D("Frame of all positions and rotations.")
     units: Units
     z_sense: Literal["outward"] = D("z points out of the joint.")
-    robot_space: Literal["nominal", "identified"] = D(
-        "Robot model behind the positions: the controller's own, or an identified one."
-    )
+    robot_space: Space
     torch: Maybe[Torch] = D(
         "The torch with which reach was felt. Without a neck, one radius goes on from the nozzle to the end."
     )

@@ -133,9 +133,7 @@ class Search(Record):
     end_mm: Vector = D("Where the search ends without contact.")
     retract_mm: Vector = D("The robot leaves to here by way of the start.")
     covariance_mm2: Rotation = D("Of the tool centre point that the controller stores.")
-    joints_deg: list[list[float]] | None = D(
-        "Shown angles at the approach, the start and the end; null without an arm."
-    )
+    joints_deg: list[list[float]] | None = D("Shown angles at approach, start and end; null without an arm.")
     via_joints_deg: list[list[float]] | None = D("Shown angles at the points on the way; null without an arm.")
     body: Maybe[str] = D("The body that is touched, if bodies may move; otherwise empty.")
     serves: Maybe[Serves | None] = D("What the search does for a seam, if bodies may move.")
@@ -176,6 +174,4 @@ class Touches(Record):
     first_stage: Maybe[FirstStage] = D(
         "What is known of the place after these searches, which do not hold the part: wpcal touches --after plans more."
     )
-    bodies: Maybe[list[Body]] = D(
-        "The bodies that may move, with the assumed tack tolerances; empty if the part is one."
-    )
+    bodies: Maybe[list[Body]] = D("Bodies that may move, with the assumed tack tolerances; empty if the part is one.")

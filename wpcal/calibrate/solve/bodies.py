@@ -61,7 +61,6 @@ class BodiesFit:
     """The most likely place of a weldment and of its bodies."""
 
     motions: Motions
-    residuals_mm: FloatArray  #: shape (n,). Distances of the touches from the moved bodies.
     #: shape (6 + 6 b + k, 6 + 6 b + k). Of (ξ, δ_1, …, δ_b): ξ about the origin of the base as in `CalibrationResult`,
     #: δ_b = (ω, v) of body b about its centroid in `part`; then the k amplitudes of bending; rad and mm. Then, of
     #: `modes`, less the unknowns of the robot's own error, which correct no seam, and how they go with the others.
@@ -118,7 +117,7 @@ def fit_begun(problem: Problem, first: BodiesState, modes: ErrorModes | None = N
     found = _settled(problem, first)
     covariance, unseen = problem.covariances(found, modes)
     judged = problem.whitened(first, modes)
-    fit = BodiesFit(found.motions, found.at.distances, covariance, unseen, judged, modes)
+    fit = BodiesFit(found.motions, covariance, unseen, judged, modes)
     _require_bodies_held(fit, problem.body)
     return fit
 

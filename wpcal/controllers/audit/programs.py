@@ -124,15 +124,23 @@ def _motion_faults(
     yield from ((motion, "leads to where no robot is", ErrorCode.INPUT) for motion, _ in goals if id(motion) in far)
     goals = [(motion, goal) for motion, goal in goals if id(motion) not in far]
     if around.seams is not None and len(around.seams):
-        for motion, goal in goals:
-            off = float(np.linalg.norm(around.seams - goal[:3, 3], axis=1).min())
-            if motion.seam and off > NEAR_SEAM_MM + around.standoff_mm:
-                yield motion, f"welds {off:.0f} mm off every seam", ErrorCode.INPUT
+        yield from _off_seams(
+            [(motion, goal) for motion, goal in goals if motion.seam], around.seams, around.standoff_mm
+        )
     if around.part is not None:
         torch = TorchAtTool(around.torch, around.tool_axis, around.standoff_mm)
         followed, more_wire_mm = [motion for motion, _ in goals], [0.0] * len(goals)
         found = meetings(followed, around.part, torch, more_wire_mm, start_mm=around.start_mm)
         yield from ((each.motion, each.what, ErrorCode.POSE_IN_MATERIAL) for each in found)
+
+
+def _off_seams(
+    goals: Sequence[tuple[Motion, FloatArray]], seams: FloatArray, standoff_mm: float
+) -> Iterator[tuple[Motion, str, str]]:
+    for motion, goal in goals:
+        off = float(np.linalg.norm(seams - goal[:3, 3], axis=1).min())
+        if off > NEAR_SEAM_MM + standoff_mm:
+            yield motion, f"welds {off:.0f} mm off every seam", ErrorCode.INPUT
 
 
 def pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:

@@ -143,7 +143,7 @@ class Interpreter(BlockInterpreter):
             self.output("DOUT", int(self.value(left[2:-1])), on=bool(value))
         elif len(left) == 1 and (name == "$LIN_SPD" or not name.startswith("$")):
             self.give(name, value)
-        elif left[1:2] == ["."] and left[2:] and left[2].lower() in FIELDS and len(left) == 3:
+        elif len(left) == 3 and left[1] == "." and left[2].lower() in FIELDS:
             self._set_part(name, left[2], value)
         else:
             raise ProgramError(f"not followed: {''.join(left)}")

@@ -27,7 +27,7 @@ POSITION = re.compile(
 )
 """All quantifiers are possessive, so that the search takes time in proportion to the text."""
 GROUP_1 = re.compile(r"GP1\s*:(?P<body>.*?)(?=GP\d+\s*:|\Z)", re.DOTALL)
-FRAME = re.compile(r"\bUF\s*:\s*(\w+)")
+FRAME = re.compile(r"\bUF\s*:\s*([0-9]+)\b")  #: UF : F is the frame selected at run time.
 TOOL = re.compile(r"\bUT\s*:\s*(\w+)")
 COORDINATE = re.compile(r"\b([XYZWPR])\s*+=\s*+([^\s,=]{1,40}?)\s*+(?:mm|deg)\b")
 REMOTE = re.compile(r"\bR[XYZ]\s*=")
@@ -80,7 +80,7 @@ def _in_space(name: str, text: str, path: str, line: int) -> ProgramPoint:
         raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
     T = stored_pose([(key, values[key]) for key in "XYZWPR"], name, path, line)
     frame, tool = FRAME.search(text), TOOL.search(text)
-    number = frame[1] if frame and frame[1].isdigit() else None  # UF : F is the frame selected at run time
+    number = None if frame is None else frame[1]
     label = BASE if number == "0" else number
     return ProgramPoint(name, line, T.t_mm, T.R, label, at_flange=tool is not None and tool[1] == "0")
 

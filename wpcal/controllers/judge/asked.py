@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -154,8 +153,8 @@ def _rows_of(moves: JointMoves) -> Iterator[Row]:
 def compare(trace: Trace, asked: Asked) -> Compared:
     """Return where a program leads that was not asked, and where it does not lead."""
     at, missing, others, blended = 0, list[int](), list[Motion](), list[Motion]()
-    for before, motion in pairwise((None, *trace.motions)):
-        if motion is None or _stands(motion, before):
+    for before, motion in zip((None, *trace.motions), trace.motions, strict=False):
+        if _stands(motion, before):
             continue
         first, last = _matches(motion, asked, at) or (at, None)
         if last is None:

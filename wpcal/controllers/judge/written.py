@@ -116,7 +116,7 @@ def _judged(
     added = _require_free(trace, found, asked, program, name) if isinstance(program, WeldProgram) else []
     strange: list[Unknown | Motion] = [*trace.unknowns]
     strange += [each for each in (*found.blended, *found.others) if each not in added]
-    places = [*(each.place for each in strange), *_causes(trace, found, files, [each.step for each in strange])]
+    places = [*(each.place for each in strange), *_causes(trace, found, files, strange)]
     lines = {(place.file, place.line): text_at(place, files) for place in places}
     return tuple(_told(lines)), unjudged
 
@@ -182,11 +182,11 @@ def _elsewhere(motion: Motion) -> str:
     return f"the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm was not asked for, but is in the written program, read back"
 
 
-def _causes(trace: Trace, found: Compared, files: Files, strange: Sequence[int]) -> Iterator[Place]:
-    """Yield what ran before steps that lead elsewhere, since the last motion as asked: a frame, a tool, a register."""
+def _causes(trace: Trace, found: Compared, files: Files, strange: Sequence[Unknown | Motion]) -> Iterator[Place]:
+    """Yield what ran before what leads elsewhere, since the last motion as asked: a frame, a tool, a register."""
     others, first = {id(motion) for motion in found.others}, dict[int, int]()
     good = [motion.step for motion in trace.motions if id(motion) not in others]
-    for step in sorted(strange):
+    for step in sorted(each.step for each in strange):
         first.setdefault(max((one for one in good if one < step), default=0), step)
     for begin, end in first.items():
         for place in dict.fromkeys(trace.steps[begin : end - 1]):  # a loop runs the same lines many times

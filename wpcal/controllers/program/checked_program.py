@@ -65,24 +65,12 @@ def check_program(
             code=ErrorCode.PART_MISSING,
         )
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
-    program, inside = _freed(program, part, torch)
-    # where lines and arcs meet the part, the poses with which the seam was felt when it was found may be free
-    if fitted := {path.seam.name for path in program.paths if path.moves is not None} & inside.keys():
-        own = (to_every_point(path, program.torch) if path.seam.name in fitted else path for path in program.paths)
-        program = replace(program, paths=tuple(own))
-        program, inside = _freed(program, part, torch)
+    program, inside = _with_free_poses(program, part, torch)
     paths = [path for path in program.paths if path.seam.name not in inside]
     if inside and (strict or not paths):
         raise refused(inside, [path.seam.name for path in program.paths], torch)
-    at_tool, left_out = TorchAtTool(torch, program.torch.tool_axis, program.torch.standoff_mm), dict(inside)
-    try:
-        plan = plan_air_moves(part, [_ends(path) for path in paths], at_tool, air)
-    except NoWayError as error:
-        left_out |= error.seams
-        paths = [path for path in paths if path.seam.name not in error.seams]
-        if strict or not paths:
-            raise
-        plan = plan_air_moves(part, [_ends(path) for path in paths], at_tool, air)
+    at_tool = TorchAtTool(torch, program.torch.tool_axis, program.torch.standoff_mm)
+    paths, plan, cut_off = _between(paths, part, at_tool, air, strict=strict)
     ways = zip(paths, plan.ends, plan.to_seam, plan.from_seam, strict=True)
     return replace(
         program,
@@ -90,8 +78,32 @@ def check_program(
         paths=tuple(_with_ways(*each) for each in ways),
         safe_point=SafePoint(frozen(plan.safe.p), frozen(plan.safe.R)),
         checked=(*_describe(part, torch, program.torch.tool_axis, plan), *_shorter(program.motion, paths, plan)),
-        left_out=left_out,
+        left_out=inside | cut_off,
     )
+
+
+def _with_free_poses(
+    program: WeldProgram, part: TriangleMaterial, torch: TorchShape
+) -> tuple[WeldProgram, dict[str, str]]:
+    """Return as `_freed`; where lines and arcs meet the part, the poses with which the seam was felt may be free."""
+    program, inside = _freed(program, part, torch)
+    if fitted := {path.seam.name for path in program.paths if path.moves is not None} & inside.keys():
+        own = (to_every_point(path, program.torch) if path.seam.name in fitted else path for path in program.paths)
+        return _freed(replace(program, paths=tuple(own)), part, torch)
+    return program, inside
+
+
+def _between(
+    paths: list[WeldPath], part: TriangleMaterial, at_tool: TorchAtTool, air: AirSettings, *, strict: bool
+) -> tuple[list[WeldPath], AirPlan, dict[str, str]]:
+    """Return the paths to which ways lead, these ways, and why others are left out; errors as in `check_program`."""
+    try:
+        return paths, plan_air_moves(part, [_ends(path) for path in paths], at_tool, air), {}
+    except NoWayError as error:
+        reached = [path for path in paths if path.seam.name not in error.seams]
+        if strict or not reached:
+            raise
+        return reached, plan_air_moves(part, [_ends(path) for path in reached], at_tool, air), dict(error.seams)
 
 
 def _freed(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> tuple[WeldProgram, dict[str, str]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.arc import arc_in_words
+from wpcal.controllers.program.planned import PlannedMoves
 from wpcal.core.arrays import FloatArray
 from wpcal.core.version import __version__
 from wpcal.core.wording import listed
@@ -90,26 +91,35 @@ PLAN_NOT_CHECKED = (
     "NOT CHECKED: the way from where the arm is to home, the first target. RUN IT DRY FIRST",
 )
 """The same for a plan."""
+SIDES = ("in front of", "behind")
 USUAL_ZONE_MM = 1.0  #: Distance from a corner at which most of the languages let the tool leave the path.
 
 
 def describe(program: WeldProgram) -> list[str]:
     """Return the lines that every program file states: origin, verdict, torch and motion."""
-    record, torch = program.calibration, program.torch
+    record = program.calibration
     source = "calibration.json and seams.json" if program.planned is None else "the plan in plan.json"
     lines = [f"written by wpcal {__version__} from {source}"]
-    woven = describe_woven_data(path.run for path in program.paths)
     if "verdict" in record:
         lines.append(f"calibration {record['verdict']}, tolerance {record['tolerance_mm']:g} mm")
         if "judgement" in record:
             lines.append(record["judgement"]["sentence"])
-    if program.planned is not None:
-        lines += program.planned.about
-        if program.tool_data is not None:
-            lines.append("SETS THE TOOL DATA to this tool: a tool centre point that was measured is overwritten")
-        lines += [] if program.tolerance is None else [describe_moves(program, program.tolerance)]
-        return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *PLAN_NOT_CHECKED]
-    lines += [
+    lines += _of_plan(program, program.planned) if program.planned is not None else _of_seams(program)
+    woven = describe_woven_data(path.run for path in program.paths)
+    unchecked = PLAN_NOT_CHECKED if program.planned is not None else (NOT_CHECKED,)
+    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *unchecked]
+
+
+def _of_plan(program: WeldProgram, planned: PlannedMoves) -> list[str]:
+    lines = [*planned.about]
+    if program.tool_data is not None:
+        lines.append("SETS THE TOOL DATA to this tool: a tool centre point that was measured is overwritten")
+    return lines if program.tolerance is None else [*lines, describe_moves(program, program.tolerance)]
+
+
+def _of_seams(program: WeldProgram) -> list[str]:
+    torch = program.torch
+    lines = [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
         f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
@@ -125,14 +135,12 @@ def describe(program: WeldProgram) -> list[str]:
             most = program.tolerance.mm
             lines.append(f"stops at corners, where a zone would cut by more than {most:g} mm: {corners}")
     if program.arm is not None and (postures := program.posture_of(program.groups[0])) is not None:
-        axis_1 = "behind" if postures.is_behind[0] else "in front of"
-        lower_arm = "behind" if postures.is_behind_lower_arm[0] else "in front of"
+        axis_1, lower_arm = SIDES[int(postures.is_behind[0])], SIDES[int(postures.is_behind_lower_arm[0])]
         lines.append(
             f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
             f"axis 1, {lower_arm} the lower arm"
         )
-    lines += [f"NOT WELDED: {why}" for why in program.left_out.values()]
-    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, NOT_CHECKED]
+    return lines + [f"NOT WELDED: {why}" for why in program.left_out.values()]
 
 
 def describe_woven_data(runs: Iterable[WeldRun | None]) -> list[str]:
