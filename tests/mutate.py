@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import os
 import random
 import re
 import shutil
@@ -145,6 +146,7 @@ def main() -> int:
     chosen = list(islice(parsed, asked.most))
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "wpcal"
+        os.environ["PYTHONPATH"] = str(copy)  # commands that tests start find the copy, not what is installed
         shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*LEFT_OUT))
         (Path(folder) / "shared").symlink_to(ROOT.parent / "shared")  # real files beside the checkout, if there are any
         alive = []

@@ -2,24 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from cad.step.read import read_step
-from cad.step.write import write_moved_step
-from wpcal.core.transform import RigidTransform
-
-
-def read_and_move(source: str, target: str) -> dict[str, object]:
-    part = read_step(source)
-    T = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
-    moved = write_moved_step(part, T, Path(target))
-    return {
-        "solids": [solid.name for solid in part.solids],
-        "unit": part.unit,
-        "issues": [issue.code for issue in part.issues],
-        "moved_issues": [issue.code for issue in moved],
-    }
-
 
 def crash() -> None:
     """Write on standard output as the kernel does, then end as a null pointer would."""
@@ -87,7 +69,3 @@ def give_up() -> None:
     import os
 
     os._exit(3)
-
-
-def double(value: float) -> float:
-    return 2.0 * value

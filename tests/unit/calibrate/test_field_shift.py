@@ -11,7 +11,7 @@ from tests.benchmarks.bench_verdict import spread_set
 from tests.saved_graphs import saved_graph
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.calibrate.errors.field_shift import FieldShift
-from wpcal.calibrate.errors.robot_field import FieldOrigin, RobotField, correlation
+from wpcal.calibrate.errors.robot_field import FieldOrigin, RobotField, believed_freedom, correlation, scale_of
 from wpcal.calibrate.observe.points import PointProblem
 from wpcal.core.arrays import FloatArray
 from wpcal.core.pairs import PointPairs
@@ -88,3 +88,13 @@ def test_the_shift_is_what_the_touches_expect() -> None:
     np.testing.assert_allclose(shift.at(at).ravel(), expected, rtol=0, atol=1e-6)  # the fit is not quite linear
     again = FieldShift.from_record(shift.to_record())
     np.testing.assert_allclose(again.at(at), shift.at(at), rtol=0, atol=1e-12)
+
+
+def test_a_variance_that_residuals_told_has_as_many_degrees_of_freedom() -> None:
+    """Of an inverse χ² distribution with ν degrees and the scale s: mean s ν / (ν − 2), variance 2 mean² / (ν − 4)."""
+    freedom, scale = np.array([5.0, 9.0, 40.0]), 1.7
+    mean = scale * freedom / (freedom - 2.0)
+    found = believed_freedom(mean, 2.0 * mean**2 / (freedom - 4.0))
+    np.testing.assert_allclose(found, freedom, rtol=1e-12)
+    np.testing.assert_allclose(scale_of(found) * mean, scale, rtol=1e-12)
+    assert believed_freedom(mean[:1], np.zeros(1)) == np.inf

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate.observe.motions import left_jacobian
+from wpcal.calibrate.solve.free_turns import least_squares_among_best
 from wpcal.calibrate.solve.ties import break_ties
 from wpcal.calibrate.trust.held_motions import free_words
 from wpcal.core.arrays import FloatArray
@@ -50,6 +51,20 @@ def test_of_the_turns_about_the_carrying_line_that_keep_the_limit_the_least_squa
         assert found.sum() <= tried[allowed].sum(axis=1).min() * (1 + 1e-12)
         limited += tried.sum(axis=1).min() < 0.99 * found.sum()
     assert limited >= 5
+
+
+def test_a_fit_turns_about_its_free_axis_unless_that_is_the_line_of_what_carries() -> None:
+    """Two carrying points lie on an axis and two were touched on it: about it the others say how the part turns."""
+    turn, shift = exp_rotation(np.array([0.4, 0.0, 0.0])), np.array([7.0, -20.0, 300.0])
+    p = np.array([[50.0, 0, 0], [-50, 0, 0], [0, 30, 0], [0, -30, 0], [5, 7, 2], [-8, 3, 9]])
+    q = np.array([[80.0, 0, 0], [-80, 0, 0], [0, 0, 0], [0, 0, 0], *(p[4:] @ turn.T)]) + shift
+    on_axis, off_axis = np.array([0.5, 0.5, 0, 0, 0, 0]), np.array([0.25, 0.25, 0.25, 0.25, 0, 0])
+    found = least_squares_among_best(p, q, np.eye(3), off_axis)
+    assert found is not None
+    np.testing.assert_allclose(found[0], turn, rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(found[1], shift, rtol=0, atol=1e-9)
+    assert least_squares_among_best(p, q, np.eye(3), on_axis) is None
+    assert least_squares_among_best(p, p + shift, np.eye(3), np.full(6, 1 / 6)) is None  # no turn is free
 
 
 @pytest.mark.parametrize(

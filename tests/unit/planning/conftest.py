@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from tests.saddle import CELLS, THINNED, saddle_problem, shared_search
+from tests.saddle import CELLS, COARSE, THINNED, saddle_problem, shared_search
 from wpcal.core.records import read_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.planning.cell.bodies import body_pairs
@@ -37,6 +37,12 @@ def path(problem):
 @pytest.fixture(scope="session")
 def thin():
     return saddle_problem(THINNED)
+
+
+@pytest.fixture(scope="session")
+def coarse():
+    """A problem with few points: a search of its own takes a second."""
+    return saddle_problem(COARSE)
 
 
 @pytest.fixture(scope="session")

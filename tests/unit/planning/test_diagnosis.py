@@ -7,7 +7,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from tests.saddle import COARSE, changed, saddle_problem, scan_coarsely
+from tests.saddle import changed, scan_coarsely
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.clearance import capsule_clearance
@@ -30,11 +30,6 @@ from wpcal.planning.search.plan_seam import FIRST, judge_paths, sweep_paths
 from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
 
 BLOCKED = 4  #: Point of the coarse seam that a lug blocks: the last scanned points are 0, 2, 4, 5, 7 and 9.
-
-
-@pytest.fixture
-def coarse():
-    return saddle_problem(COARSE)
 
 
 @pytest.fixture

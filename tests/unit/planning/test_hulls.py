@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from tests.saddle import CELL, changed
+from tests.saddle import changed
 from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.bodies import body_pairs
 from wpcal.planning.cell.cell import TOOL
-from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import FCL_MM, hull_clearance
 from wpcal.planning.cell.shape import Shape
@@ -20,11 +19,6 @@ pytest.importorskip("fcl", reason="python-fcl is not installed")
 HULL_MM = 2 * FCL_MM  #: FCL's distance is reported this much too small at most: the allowance and its own error.
 LEAST_SQUARES_MM = 1e-3  #: Error of distances of a metre: the sums to one are weighted rows of the least squares.
 ROUND_OFF_MM = 1e-9
-
-
-@pytest.fixture(scope="module")
-def cell():
-    return read_cell(CELL)
 
 
 def random_state(n, seed=0):

@@ -1,14 +1,12 @@
 """A path is free only if the states between its points are: posts in the way, random paths, interpolation."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.saddle import changed
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.shape import Shape
@@ -16,15 +14,9 @@ from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path, finer_states
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 ROUND_OFF_RAD = 1e-12
 ROUND_OFF_MM = 1e-9
 AWAY = np.array([0.0, -0.9, 0.9, 0.0, 0.6, 0.0])  #: Both arms folded back: far from each other and from the table.
-
-
-@pytest.fixture(scope="module")
-def cell():
-    return read_cell(CELL)
 
 
 def turned(angle):

@@ -7,8 +7,7 @@ import pytest
 
 from tests.chain_error import chain_error
 from tests.few import few
-from tests.saddle import COARSE, saddle_problem
-from wpcal.core.errors import ConvergenceError
+from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.closed_chain import torch_on_seam
@@ -24,12 +23,6 @@ FEW = Nsga2Options(population=20, generations=3)
 @pytest.fixture(scope="module")
 def swept(searched):
     return searched.swept
-
-
-@pytest.fixture(scope="module")
-def coarse():
-    """A problem with few points: a search of its own takes a second."""
-    return saddle_problem(COARSE)
 
 
 @pytest.fixture(scope="module")
@@ -151,6 +144,14 @@ def test_a_first_population_holds_the_seeds_as_they_are(thin, swept):
     random = first_population(unseeded, 20, np.random.default_rng(0))
     assert ((random >= unseeded.least) & (random <= unseeded.largest)).all()
     assert random[:, 3].std() > 1.0  # yaw, all around
+
+
+@pytest.mark.parametrize("given", [{"population": 3}, {"generations": 0}, {"seed": -1}])
+def test_the_least_population_generations_and_seed_are_taken(given):
+    least = {name: value + 1 for name, value in given.items()}
+    assert all(getattr(Nsga2Options(**least), name) == value for name, value in least.items())
+    with pytest.raises(InputError):
+        Nsga2Options(**given)
 
 
 @pytest.mark.deep

@@ -7,6 +7,8 @@ import pytest
 
 from tests.samples.offset_wrists import crx10ia, ur5e, ur10e
 from wpcal.core.errors import GeometryError
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.inverse import TURN, own_branch, solve_inverse
 
 ARMS = {arm.name: arm for arm in (ur5e(), ur10e(), crx10ia())}
@@ -40,6 +42,16 @@ def test_every_solution_meets_its_pose_and_the_given_joints_are_one_of_them(arm)
     own = np.where(found.reached, apart(found.joints, q[:, None]), np.inf).min(axis=1)
     assert (own[regular] < SAME_RAD).all()
     assert regular.mean() > 0.9
+
+
+def test_an_arm_on_a_slant_is_solved_as_one_that_stands(arm):
+    T_base_dh0 = RigidTransform(rotation_from_zyx(0.9, -0.6, 0.35), [80.0, -130.0, 310.0], "base", "dh0")
+    slant = dataclasses.replace(arm, chain=dataclasses.replace(arm.chain, T_base_dh0=T_base_dh0))
+    q, T = random_poses(arm, 20, 4)
+    found = solve_inverse(slant, T_base_dh0.matrix @ np.linalg.inv(arm.chain.T_base_dh0.matrix) @ T)
+    own = np.where(found.reached, apart(found.joints, q[:, None]), np.inf).min(axis=1)
+    assert np.count_nonzero(own < SAME_RAD) >= 18
+    assert (found.reached.sum(axis=1) == solve_inverse(arm, T).reached.sum(axis=1)).all()
 
 
 def test_no_start_leads_to_a_solution_that_is_not_found(arm):

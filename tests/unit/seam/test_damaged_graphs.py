@@ -2,23 +2,16 @@
 
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph, CurveKind
 from wpcal.brep.extent import require_finite
-from wpcal.brep.graph_file import read_graph
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.seam import SeamOptions, detect_seams
 from wpcal.seam.path.discretise import speeds
-
-GRAPHS = Path(__file__).parents[3] / "fixtures" / "graphs"
-
-
-def graph_of(name: str) -> BrepGraph:
-    return read_graph(GRAPHS / f"{name}.npz")
 
 
 def exchanged(graph: BrepGraph, one: int, other: int) -> BrepGraph:
@@ -30,7 +23,7 @@ def exchanged(graph: BrepGraph, one: int, other: int) -> BrepGraph:
 
 @pytest.mark.deep
 def test_faces_with_exchanged_surfaces_give_finite_frames_or_an_error_of_ours() -> None:
-    graph = graph_of("joint-tee")
+    graph = saved_graph("joint-tee")
     for one, other in list(combinations(range(graph.face_count), 2))[::3]:
         try:
             seams = detect_seams(exchanged(graph, one, other), SeamOptions())
@@ -42,7 +35,7 @@ def test_faces_with_exchanged_surfaces_give_finite_frames_or_an_error_of_ours() 
 
 
 def test_a_length_per_parameter_is_above_zero_on_every_curve() -> None:
-    graph = graph_of("saddle")
+    graph = saved_graph("saddle")
     edges = np.flatnonzero(graph.edge_kind != CurveKind.DEGENERATE)
     assert (graph.edge_kind[edges] == CurveKind.NURBS).any()
     assert (speeds(graph, edges) > 0).all()
@@ -51,7 +44,7 @@ def test_a_length_per_parameter_is_above_zero_on_every_curve() -> None:
 @pytest.mark.parametrize("wrong", [np.inf, np.nan, -1e200, 1.1e9])
 @pytest.mark.parametrize("array", ["face_frame", "face_param", "edge_frame", "edge_param", "edge_range", "vertex_p"])
 def test_geometry_at_infinity_is_refused_with_the_solid(array: str, wrong: float) -> None:
-    graph = graph_of("saddle")
+    graph = saved_graph("saddle")
     require_finite(graph)
     values = getattr(graph, array).copy()
     row = int(np.flatnonzero(graph.edge_kind == CurveKind.LINE)[0]) if array.startswith("edge") else 0
@@ -63,7 +56,7 @@ def test_geometry_at_infinity_is_refused_with_the_solid(array: str, wrong: float
 
 
 def test_poles_at_infinity_are_refused() -> None:
-    graph = graph_of("saddle")
+    graph = saved_graph("saddle")
     curve = graph.nurbs_curves[0]
     poles = curve.poles.copy()
     poles[1, 2] = np.nan

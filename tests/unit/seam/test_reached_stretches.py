@@ -11,13 +11,14 @@ from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.motion import APPROACH_MM
 from wpcal.core.records import to_json
+from wpcal.core.tangent import exp_rotation
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, StepOptions
 from wpcal.seam.judge.leans import Leans, back_directions
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.reach import find_in_ways
-from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.judge.stations import _path, start_mm
 from wpcal.seam.options import Reach
 from wpcal.seam.record import seams_from_record, seams_record
 
@@ -153,3 +154,14 @@ def test_a_lean_replaces_the_angles_of_the_user_only_where_there_is_one() -> Non
     found = tool_rotations(R, torch, lean)
     np.testing.assert_array_equal(found[[0, 2]], tool_rotations(R[:2], torch))
     np.testing.assert_array_equal(found[1:2], tool_rotations(R[:1], replace(torch, work_rad=0.0, travel_rad=0.3)))
+
+
+@pytest.mark.parametrize(("bow_mm", "lean_rad"), [(0.0, 0.0), (0.01, 0.0), (0.0, 0.01)])
+def test_only_along_a_straight_seam_that_does_not_turn_the_wire_is_felt_between_the_ends(bow_mm, lean_rad):
+    frames = next(seam for seam in saved_seams("tee-beside-block") if seam.accepted).frames
+    middle = np.arange(len(frames)) == len(frames) // 2
+    turn = exp_rotation(lean_rad * frames.R[0, :, 0])
+    R = np.where(middle[:, None, None], turn @ frames.R, frames.R)
+    bent = replace(frames, p=frames.p + bow_mm * middle[:, None] * frames.R[0, :, 2], R=R)
+    assert len(frames) > 2
+    assert len(_path(bent)) == (2 if bow_mm == lean_rad == 0.0 else len(frames))
