@@ -1,6 +1,8 @@
 """What `seams` accepts on a bracket drawn at random, `export` writes and `plan` welds, on every millimetre."""
 
 import json
+from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -31,18 +33,26 @@ ROUND_OFF_DEG = 1e-4
 pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
-TORCHES = sorted((each.shape.name for each in shipped_torches()), key=lambda name: name != "robot-22")
+TORCHES = (*sorted(each.shape.name for each in shipped_torches()), "on its flange")
+# seed 9 is small; in 26 a cone grazes an edge; in 78 one is 5 µm in front of a mouth, nearer than triangles can tell
+FIRST = (("robot-22", 9), ("robot-22", 26), ("robot-45", 78))
+CASES = (*FIRST, *(each for each in product(TORCHES, range(200)) if each not in FIRST))
 
 
-@pytest.fixture(scope="module", params=few([*TORCHES, "on its flange"], 1))
-def cell(request, tmp_path_factory):
-    """Return a robot in front of which every bracket is in reach, so that the torch alone decides."""
-    arm, tool = ("ar2010", (0, 0, 330)) if request.param == "straight" else ("irb2600_12_165", TOOL)
-    path = tmp_path_factory.mktemp("cell") / "cell.json"
-    torch = () if request.param == "on its flange" else ("--torch", request.param)
-    made = run_here("cell", "new", "--torch-robot", arm, "--tool", ",".join(map(str, tool)), *torch, "-o", path)
-    assert made.returncode == 0, made.stderr
-    return path
+@pytest.fixture(scope="module")
+def cell_of(tmp_path_factory):
+    """Return what makes, by name of the torch, a robot with every bracket in reach: the torch alone decides."""
+
+    @cache
+    def made(torch):
+        arm, tool = ("ar2010", (0, 0, 330)) if torch == "straight" else ("irb2600_12_165", TOOL)
+        path = tmp_path_factory.mktemp("cell") / "cell.json"
+        own = () if torch == "on its flange" else ("--torch", torch)
+        new = run_here("cell", "new", "--torch-robot", arm, "--tool", ",".join(map(str, tool)), *own, "-o", path)
+        assert new.returncode == 0, new.stderr
+        return path
+
+    return made
 
 
 def dense(p):
@@ -51,12 +61,10 @@ def dense(p):
     return np.concatenate([np.linspace(a, b, n + 1) for a, b, n in zip(p[:-1], p[1:], counts, strict=True)])
 
 
-SEEDS = sorted(range(200), key=lambda seed: seed not in (9, 26))  # 9 is small; in 26 a cone grazes an edge
-
-
-@pytest.mark.parametrize("seed", few(SEEDS, 2))
-def test_every_accepted_millimetre_is_exported_and_planned(seed: int, cell: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("torch", "seed"), few(CASES, len(FIRST)))
+def test_every_accepted_millimetre_is_exported_and_planned(torch: str, seed: int, cell_of, tmp_path: Path) -> None:
     pytest.importorskip("fcl", reason="python-fcl is not installed")
+    cell = cell_of(torch)
     out, _ = calibrated(write_bracket(seed, tmp_path), tmp_path, "--torch", cell)
     finished = read_finished(out)
     seams = [seam for seam in finished.seams if seam.accepted]

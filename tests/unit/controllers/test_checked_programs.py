@@ -142,14 +142,21 @@ def test_what_cannot_be_written_is_left_out_by_name(finished_folder):
     assert not found.left_out
 
 
-@pytest.mark.parametrize(("ceiling_mm", "asked_mm", "back_mm"), [(352, 50, 25), (420, 50, 50), (420, 400, 100)])
-def test_an_approach_is_nearer_where_no_way_leads_on_from_it(finished_folder, ceiling_mm, asked_mm, back_mm):
+@pytest.mark.parametrize(
+    ("ceiling_mm", "from_mm", "asked_mm", "back_mm"),
+    [(352, -150, 50, (25, 25)), (420, -150, 50, (50, 50)), (420, -150, 400, (100, 100)), (345, 60, 50, (50, 25))],
+)
+def test_an_approach_is_nearer_where_no_way_leads_on_from_it(finished_folder, ceiling_mm, from_mm, asked_mm, back_mm):
     """At 50 mm the torch of 300 mm ends less than 3 mm below the lower ceiling; from 400 mm on it goes through it."""
-    ceiling = box_mesh("ceiling", (-150, -200, ceiling_mm), (250, 200, ceiling_mm + 5))
+    ceiling = box_mesh("ceiling", (from_mm, -200, ceiling_mm), (250, 200, ceiling_mm + 5))
     motion = MotionSettings(approach_mm=asked_mm, retract_mm=asked_mm)
     program = in_part(read_finished(finished_folder()).select(["W1"]), ceiling, motion=motion)
     checked = check_program(program, air=AirSettings(up_base=tuple(program.T_base_part.R[:, 2])))
-    assert (f"SHORTER at W1: approach {back_mm} mm, retract {back_mm}" in str(checked.checked)) == (back_mm < asked_mm)
+    ends = zip(("approach", "retract"), back_mm, strict=True)
+    shorter = ", ".join(f"{word} {mm} mm" for word, mm in ends if mm < asked_mm)
+    assert [f"SHORTER at W1: {shorter}: no room for more"] * bool(shorter) == [
+        line for line in checked.checked if "SHORTER" in line
+    ]
     (path,) = checked.paths
     first, stop = path.weld_rows.start, path.weld_rows.stop
     back = path.p_base[[first - 1, stop]] - path.p_base[[first, stop - 1]]

@@ -25,7 +25,7 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
-from wpcal.seam.judge.reach import find_in_ways
+from wpcal.seam.judge.reach import InWay, find_in_ways
 
 NEAREST_MM = 5.0  #: The torch comes and goes this far along the wire at least.
 ROUND_OFF_MM = 1e-3
@@ -107,25 +107,31 @@ def _between(
 
 
 def _freed(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> tuple[WeldProgram, dict[str, str]]:
-    """Return where the torch is still inside material if it comes and goes less far along the wire to be free.
+    """Return where the torch is still inside material if it comes or goes less far along the wire to be free.
 
-    Halves of the distances are tried until they are free.
+    Of each of the two distances halves are tried where it is not free.
     """
-    motion, inside = program.motion, _inside(program, part, torch)
-    most_mm = max(motion.approach_mm, motion.retract_mm) / 2.0
-    while inside and most_mm >= NEAREST_MM:
-        own = tuple(_with_ends(path, _near(_ends(path), most_mm)) for path in program.paths if path.seam.name in inside)
-        less = {"approach_mm": min(motion.approach_mm, most_mm), "retract_mm": min(motion.retract_mm, most_mm)}
-        left = _inside(replace(program, paths=own, motion=replace(motion, **less)), part, torch)
-        free = {path.seam.name: path for path in own if path.seam.name not in left}
-        program = replace(program, paths=tuple(free.get(path.seam.name, path) for path in program.paths))
-        inside, most_mm = {name: why for name, why in inside.items() if name in left}, most_mm / 2.0
-    return program, inside
+    own, inside, free = {path.seam.name: path for path in program.paths}, dict[str, str](), dict[str, WeldPath]()
+    while own:
+        found = _inside(replace(program, paths=tuple(own.values())), part, torch)
+        free |= {name: path for name, path in own.items() if not found[name][0]}
+        inside |= {name: found[name][1] for name in own if name not in inside and found[name][0]}
+        nearer = ((name, _nearer(path, found[name][0])) for name, path in own.items() if name not in free)
+        own = {name: path for name, path in nearer if path is not None}
+    paths = tuple(free.get(path.seam.name, path) for path in program.paths)
+    return replace(program, paths=paths), {name: why for name, why in inside.items() if name not in free}
 
 
-def _near(ends: Ends, most_mm: float) -> FloatArray:
-    away = ends.p - ends.weld
-    return np.asarray(ends.weld + away * (most_mm / np.linalg.norm(away, axis=1, keepdims=True).clip(most_mm)))
+def _nearer(path: WeldPath, places: Sequence[InWay]) -> WeldPath | None:
+    """Return a path on which the torch comes or goes half as far where it is not free; None: it is so at the weld."""
+    last = len(path.stations()[0]) - 1
+    if any(0.0 < place.at < last for place in places):
+        return None
+    ends = _ends(path)
+    share = np.where([any(place.at == at for place in places) for at in (0.0, last)], 0.5, 1.0)
+    near = ends.weld + share[:, None] * (ends.p - ends.weld)
+    is_near = np.linalg.norm(near - ends.weld, axis=1) < NEAREST_MM
+    return None if (is_near & (share < 1.0)).any() else _with_ends(path, near)
 
 
 def _shorter(motion: MotionSettings, paths: Sequence[WeldPath], plan: AirPlan) -> Iterator[str]:
@@ -150,18 +156,21 @@ def _with_ends(path: WeldPath, ends: FloatArray) -> WeldPath:
     return replace(path, p_base=frozen(p))
 
 
-def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> dict[str, str]:
-    """Return by name of the seam where the torch is first inside material."""
+def _inside(
+    program: WeldProgram, part: TriangleMaterial, torch: TorchShape
+) -> dict[str, tuple[tuple[InWay, ...], str]]:
+    """Return by name of the seam where the torch is inside material, and the first place for people."""
     axis, ways, frames = program.torch.tool_axis, [], list[FloatArray]()
     for path in program.paths:
         p, R, frame, _ = path.stations()
         tips = p + (program.torch.standoff_mm + path.seam.more_wire_mm) * wire_directions(R, axis)
         ways.append((path.seam, tips, R))
         frames.append(frame)
-    back_mm = (program.motion.approach_mm, program.motion.retract_mm)
-    found = find_in_ways(part, ways, torch, axis=axis, back_mm=back_mm)
+    ends = [_ends(path) for path in program.paths]
+    back_mm = np.reshape([np.linalg.norm(end.p - end.weld, axis=1) for end in ends], (-1, 2)).T
+    found = find_in_ways(part, ways, torch, axis=axis, back_mm=[*back_mm])
     named = zip((seam.name for seam, *_ in ways), found, frames, strict=True)
-    return {name: places[0].describe(name, frame) for name, places, frame in named if places}
+    return {name: (places, places[0].describe(name, frame) if places else "") for name, places, frame in named}
 
 
 def _with_ways(path: WeldPath, ends: FloatArray, to_seam: AirWay, from_seam: AirWay) -> WeldPath:

@@ -18,13 +18,12 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.urdf_bodies import capsule_around, hull_corners, read_stl
 from wpcal.robot.surface_points import surface_points
-from wpcal.robot.torch.shape import Neck, TorchShape
+from wpcal.robot.torch.shape import CORNERS, Neck, TorchShape
 
 NOZZLE_TO_PART_MM = 3.0  #: The nozzle works near the part: this is above the errors of a calibration and of a path.
 NOZZLE_MM = 110.0  #: From the tip of the wire to where a usual swan neck bends.
 NECK_RADIUS_MM = 30.0  #: Half of the width of a usual torch body with its cables.
 ON_WIRE_MM = 1.0  #: A flange that is nearer to the line of the wire gives no direction for the neck.
-CIRCLE = 16  #: Corners around a conical nozzle: it becomes thicker by 2 % of its radius at most.
 SLICE_MM = 30.0
 """A torch mesh is cut across the wire into pieces of this length, each with its own hull: a bent neck stays bent."""
 SMALLEST_TORCH_MM = 30.0  #: No torch is shorter.
@@ -106,8 +105,8 @@ def _nozzle(shape: TorchShape, end_mm: float) -> dict[str, Any]:
     if shape.mouth_radius_mm is None:
         body = _capsule("nozzle", np.array([0.0, 0.0, -shape.wire_mm - radius]), np.array([0.0, 0.0, -end_mm]), radius)
     else:
-        turn = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
-        circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(CIRCLE)]) / np.cos(np.pi / CIRCLE)
+        turn = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
+        circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(CORNERS)]) / np.cos(np.pi / CORNERS)
         rings = ((shape.mouth_mm, shape.wire_mm), (radius, shape.wire_mm + shape.taper_mm), (radius, end_mm))
         corners = np.concatenate([r * circle - [0.0, 0.0, back] for r, back in rings])
         body = hulled("nozzle", corners)

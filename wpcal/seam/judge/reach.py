@@ -50,22 +50,25 @@ def find_in_ways(
     torch: TorchShape,
     *,
     axis: ToolAxis = ToolAxis.Z,
-    back_mm: tuple[float, float] = (0.0, 0.0),
+    back_mm: Sequence[FloatArray | float] = (0.0, 0.0),
 ) -> list[tuple[InWay, ...]]:
     """Return every place along each seam, or on the way along the wire to its ends, with the torch inside material.
 
     `ways`: Seams with the tips of the wire, shape (n, 3), in the frame of the material, mm, and the axes of the tool in
     the same frame, shape (n, 3, 3).
     `torch`: With its usual wire: that of the seam (`Seam.more_wire_mm`) is added.
-    `back_mm`: How far the torch comes from along the wire at the first point, and goes at the last, mm.
+    `back_mm`: How far the torch comes from along the wire at the first point, and goes at the last, mm; each a number,
+    or of shape (k,) for k ways.
     """
     found = [tuple[InWay, ...]()] * len(ways)
+    ends_mm = [np.broadcast_to(mm, len(ways)) for mm in back_mm]
     for more_mm in {seam.more_wire_mm for seam, *_ in ways}:
         own = [number for number, (seam, *_) in enumerate(ways) if seam.more_wire_mm == more_mm]
         longer = torch.with_more_wire(more_mm)
         paths = [ways[number][1:] for number in own]
         start = np.array([start_mm(ways[number][0]) for number in own])
-        swept, inside = sweep_torch(material, paths, longer, axis=axis, start_mm=start, back_mm=back_mm)
+        back = [mm[own] for mm in ends_mm]
+        swept, inside = sweep_torch(material, paths, longer, axis=axis, start_mm=start, back_mm=back)
         last = last_poses(paths)
         for row, part, solid in zip(inside.row.tolist(), inside.part, inside.solid, strict=True):
             way = int(np.searchsorted(last, swept.at[row]))
@@ -81,7 +84,7 @@ def sweep_torch(
     *,
     axis: ToolAxis,
     start_mm: FloatArray | float = START_MM,
-    back_mm: tuple[float, float] = (0.0, 0.0),
+    back_mm: Sequence[FloatArray | float] = (0.0, 0.0),
 ) -> tuple[Swept, PosesInMaterial]:
     """Move a torch along ways, and find the places at which it is inside material.
 

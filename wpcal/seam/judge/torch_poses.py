@@ -8,6 +8,7 @@ mouth find a wall along the torch that is longer than the torch. Programs are ch
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +19,8 @@ from wpcal.brep.near_groups import NearBundles
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
-from wpcal.robot.torch.shape import TorchShape
-from wpcal.seam.judge.material import NEAR_ROOT_MM, TOUCH_MM, WIRE_RADIUS_MM, Necks
+from wpcal.robot.torch.shape import CORNERS, TorchShape
+from wpcal.seam.judge.material import NEAR_ROOT_MM, WIRE_RADIUS_MM, Necks
 from wpcal.seam.judge.torch_neck import bend_directions, edges_in_tubes, neck_faces
 
 MOST_WIDER_MM = 0.15
@@ -71,9 +72,9 @@ class FeltPoses(Columns):
 
 
 def felt_radii_mm(graph: BrepGraph, torch: TorchShape) -> tuple[float, float]:
-    """Return the radii with which wire and nozzle are felt, mm."""
+    """Return the radii with which wire and nozzle are felt, mm: around the prism that planners measure."""
     wider = usual_deflection_mm(graph.size_mm)
-    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), torch.nozzle_radius_mm + wider
+    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), torch.nozzle_radius_mm / math.cos(math.pi / CORNERS) + wider
 
 
 def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is_between: bool = False) -> IntArray:
@@ -106,12 +107,12 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is
         face[rows[more]] = near.select(more).first_faces(trimmed, *_other_lines(left.select(more), rim[more]))
     near = near.select(face[rows] < 0)
     rows = np.flatnonzero(face < 0)
-    own = poses.select(rows)
-    cone, wide = own.mouth_mm + own.torch.taper_mm, own.torch.nozzle_radius_mm - TOUCH_MM
-    face[rows] = edges_in_tubes(trimmed, near, (own.p, own.back), (cone, own.end_mm), wide)
+    own, wider_mm = poses.select(rows), nozzle_mm - poses.torch.nozzle_radius_mm
+    first, cone = own.mouth_mm - wider_mm, own.mouth_mm + own.torch.taper_mm
+    face[rows] = edges_in_tubes(trimmed, near, (own.p, own.back), (cone - wider_mm, own.end_mm), nozzle_mm)
     if own.torch.taper_mm > 0.0:
-        radii = own.torch.mouth_mm - TOUCH_MM, wide
-        in_cone = edges_in_tubes(trimmed, near, (own.p, own.back), (own.mouth_mm, cone), radii)
+        radii = own.torch.mouth_mm + wider_mm, nozzle_mm
+        in_cone = edges_in_tubes(trimmed, near, (own.p, own.back), (first, cone), radii)
         face[rows] = np.where(face[rows] < 0, in_cone, face[rows])
     if not is_between:
         rows = np.flatnonzero(face < 0)
