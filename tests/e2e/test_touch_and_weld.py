@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.coverage_study import error_95
 from tests.few import few
@@ -33,11 +34,12 @@ pytestmark = pytest.mark.usefixtures("kernel_here")
 class Job:
     """A plan of touches of a part, its programs, and the errors that the plan predicts."""
 
-    def __init__(self, part, folder):
+    def __init__(self, part, folder, standoff_mm=0):
+        self.standoff_mm, back = standoff_mm, ("--standoff-mm", str(standoff_mm))
         step, golden = FIXTURES / part / f"{part}.step", FIXTURES / part / "golden"
-        ended = run_here("touches", step, "--nominal", PLACE, "-o", folder / "plan")
+        ended = run_here("touches", step, "--nominal", PLACE, *back, "-o", folder / "plan")
         assert ended.returncode == 0, ended.stderr
-        formats = [word for name in BRANDS for word in ("-f", name)]
+        formats = [*back, *(word for name in BRANDS for word in ("-f", name))]
         ended = run_here("export", golden, *formats, "--touches", folder / "plan", "-o", folder / "programs")
         assert (folder / "programs" / "krl").exists(), ended.stderr
         self.programs, self.triangles = folder / "programs", triangles_of(step)
@@ -53,7 +55,7 @@ class Job:
     def run(self, brand, moved, out, *, senses=None, stick_mm=0.0):
         """Return the run, and the poses of its weld program."""
         T_tool = T_FLANGE_TOOL.copy()
-        T_tool[:3, 3] += stick_mm * T_tool[:3, 2]
+        T_tool[:3, 3] += (self.standoff_mm + stick_mm) * T_tool[:3, 2]
         torch = Torch(T_tool, stick_out_mm=self.plan.stick_out_mm + stick_mm)
         solid = Solid(self.triangles, planned_frame(self.plan) @ displacement(*moved))
         ran = run_program(
@@ -72,7 +74,7 @@ class Job:
 
 @pytest.fixture(scope="module")
 def jobs(tmp_path_factory):
-    return cache(lambda part: Job(part, tmp_path_factory.mktemp(part)))
+    return cache(lambda part, standoff_mm=0: Job(part, tmp_path_factory.mktemp(part), standoff_mm))
 
 
 def drawn(seed, count):
@@ -81,13 +83,43 @@ def drawn(seed, count):
 
 
 @pytest.mark.parametrize("brand", few(BRANDS, 1))
-@pytest.mark.parametrize("part", few(["tee", "saddle"], 1))
-def test_a_displaced_part_is_welded_where_it_is(part, brand, jobs, tmp_path):
-    job = jobs(part)
+@pytest.mark.parametrize(("part", "standoff_mm"), few([("tee", 0), ("tee", 15), ("saddle", 0)], 2))
+def test_a_displaced_part_is_welded_where_it_is(part, standoff_mm, brand, jobs, tmp_path):
+    job = jobs(part, standoff_mm)
     for moved in drawn(1, 2):
         run, welded = job.run(brand, moved, tmp_path)
         assert run.is_finished
         assert job.errors_mm(brand, welded, moved).max() < EXACT_MM[part]
+
+
+def quaternion(v):
+    return Rotation.from_quat(v[[1, 2, 3, 0]])
+
+
+def zyx(v):
+    return Rotation.from_euler("ZYX", v[:3], degrees=True)
+
+
+@pytest.mark.parametrize(
+    ("file", "pose", "turn"), [("rapid/WPCAL_touch.mod", "wpt", quaternion), ("krl/WPCAL_touch.dat", "E6POS WPT_", zyx)]
+)
+def test_programs_state_the_tool_centre_point_and_the_tip_is_where_the_plan_has_it(file, pose, turn, jobs):
+    job, points = jobs("tee", 15), {"A": "approach", "S": "start", "E": "end", "R": "retract"}
+    stated = re.findall(rf"{pose}(T\d)_([ASER]):?=(.*)", (job.programs / file).read_text())
+    assert len(stated) == 4 * len(job.plan.searches)
+    for name, mark, values in stated:
+        numbers = np.array(re.findall(r"-?\d+\.\d+", values), dtype=float)
+        tip = numbers[:3] + 15.0 * turn(numbers[3:]).as_matrix()[:, 2]
+        np.testing.assert_allclose(tip, getattr(job.plan.search(name), points[mark]), rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("tool", "said"), [("--standoff-mm=15", "0 mm back .* 15 mm back"), ("--tool-axis=x", "along z of the tool")]
+)
+def test_searches_and_welds_have_one_tool(tool, said, jobs, tmp_path):
+    plan = jobs("tee").programs.parent / "plan"
+    ended = run_here("export", FIXTURES / "tee" / "golden", "-f", "krl", "--touches", plan, "-o", tmp_path, tool)
+    assert (ended.returncode, re.search(said, ended.stderr) is not None) == (2, True), ended.stderr
 
 
 def share_in_band(job, brand, count, out):
@@ -140,17 +172,18 @@ def test_an_audit_executes_searches_and_welds_beside_their_plan(jobs, tmp_path):
         assert re.search(rf"{name}: touch program \(\.\w+\): \d faults?", ended.stdout), ended.stdout
 
 
-def test_the_way_to_the_welds_is_swept_with_the_wire_beyond_the_tool_centre_point(jobs, tmp_path, monkeypatch):
+def test_the_way_to_the_welds_is_swept_by_the_tip_and_not_the_tool_centre_point(jobs, tmp_path, monkeypatch):
     ways, sweep = [], frame_correction.sweep_torch
     monkeypatch.setattr(
         frame_correction, "sweep_torch", lambda *given, **by: ways.extend(given[1]) or sweep(*given, **by)
     )
-    words = ("--touches", jobs("tee").programs.parent / "plan", "--only", "W1", "--clearance-mm", "100")
-    for mm in ("0", "40"):
-        run_here("export", FIXTURES / "tee" / "golden", "-f", "krl", *words, "--standoff-mm", mm, "-o", tmp_path / mm)
-    (none, _), *_, (back, R) = ways
-    higher = (back - none)[1]  # the whole way across
-    np.testing.assert_allclose((back - none)[2], higher + 40.0 * R[2, :, 2], rtol=0, atol=0.1)  # the part was moved
+    for job in (jobs("tee"), jobs("tee", 15)):
+        words = ("--touches", job.programs.parent / "plan", "--standoff-mm", str(job.standoff_mm))
+        run_here("export", FIXTURES / "tee" / "golden", "-f", "krl", *words, "-o", tmp_path / str(job.standoff_mm))
+    (at, _), (tips, R) = ways
+    np.testing.assert_allclose(tips[0], at[0], rtol=0, atol=1e-6)
+    higher = (tips - 15.0 * R[:, :, 2])[1:, 2]  # the tool centre point goes level to the safe point
+    assert abs(higher[0] - higher[1]) < 1e-6
 
 
 def test_what_cannot_be_corrected_in_the_program_is_one_line(jobs, tmp_path):

@@ -54,11 +54,11 @@ def touches_file(folder: Path) -> Path | None:
 
 def _why_not(name: str) -> str:
     """Say why a plan of touches does not take an option of weld programs."""
-    where = (
-        "its number is frame_number in the touch setup (--setup)"
-        if name == "frame_number"
-        else "speeds and names of a touch program are in the touch setup (--setup)"
-    )
+    elsewhere = {
+        "frame_number": "its number is frame_number in the touch setup (--setup)",
+        "standoff_mm": "its tool centre point is in the plan (wpcal touches --standoff-mm)",
+    }
+    where = elsewhere.get(name, "speeds and names of a touch program are in the touch setup (--setup)")
     return f"is for weld programs, and this is a plan of touches; {where}"
 
 

@@ -35,6 +35,11 @@ def torch_range(default_deg: float = 15.0) -> Any:
     return opt_deg(default_deg, what, "--torch-range-deg", least=-180.0, most=180.0)
 
 
+def standoff() -> Any:
+    """Declare how far the tool centre point of the controller is behind the tip of the wire, mm."""
+    return opt(0.0, "Tool centre point back from the tip of the wire, along it.", least=0)
+
+
 def weld_speed() -> Any:
     """Declare the speed along a seam, mm/s."""
     return opt(WELD_SPEED_MM_S, "Speed along the seam.", "--speed-mm-s", above=0)

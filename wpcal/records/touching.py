@@ -123,9 +123,9 @@ class Search(Record):
     contact: Literal["side", "end"] = D("What of the torch meets the face: the side or the end of the wire.")
     contact_mm: Vector = D("The point that is touched where the part stands as planned.")
     normal: Vector = D("Outward unit normal there.")
-    radius_mm: NotNegative = D("Distance of the tool centre point from the face at contact, along the normal.")
+    radius_mm: NotNegative = D("Distance of the tip of the wire from the face at contact, along the normal.")
     R_part_tool: Rotation = D("Axes of the tool as columns; z leaves the wire tip.")
-    via_mm: list[Annotated[Vector, D("A place of the tool centre point.")]] = D(
+    via_mm: list[Annotated[Vector, D("A place of the tip of the wire.")]] = D(
         "Points on the way from the search before (or from home) to the approach."
     )
     approach_mm: Vector = D("The robot goes there in the air.")
@@ -160,7 +160,8 @@ class Touches(Record):
     )
     T_base_part: Place = D("Where the part stands as planned: the work object. All points are in it.")
     wire_mm: NotNegative = D("Diameter of the wire.")
-    stick_out_mm: NotNegative = D("From the contact tip to the tool centre point.")
+    stick_out_mm: NotNegative = D("From the contact tip to the tip of the wire.")
+    standoff_mm: Maybe[NotNegative] = D("From the tool centre point of the controller to the tip; 0 if not given.")
     robot: str = D("Name of the arm; empty if none is given.")
     arm: Maybe[Arm | None] = D("The arm, with which programs state the configuration; null if none is given.")
     home_joints_deg: list[float] | None = D(
@@ -169,7 +170,7 @@ class Touches(Record):
     predicted: Predicted | None = D("Predicted errors of the seams; null if the part has none.")
     notes: list[str] = D("What a person should know of the plan.")
     searches: list[Search] = D(
-        "In the order in which they run. All points are places of the tool centre point in the work object."
+        "In the order in which they run. All points are places of the tip of the wire in the work object."
     )
     first_stage: Maybe[FirstStage] = D(
         "What is known of the place after these searches, which do not hold the part: wpcal touches --after plans more."

@@ -176,11 +176,11 @@ def _turn(one: FloatArray, other: FloatArray) -> float:
 
 
 def _place(plan: TouchPlan, search: Search, result: SearchResult, T_base_stored: RigidTransform) -> FloatArray:
-    """Return the stored place in the frame of its search: `part`, of a post `base`.
+    """Return the tip of the wire at a stored place in the frame of its search: `part`, of a post `base`.
 
     Programs have the frame with the digits of their language, and store places relative to that.
     """
-    p_base = T_base_stored.apply(np.asarray(result.p))
+    p_base = T_base_stored.apply(np.asarray(result.p) + plan.ahead(search))
     return np.asarray(p_base if search.kind is SearchKind.POST else plan.T_base_part.inverse().apply(p_base))
 
 

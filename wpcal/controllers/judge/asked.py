@@ -95,8 +95,8 @@ def _with_welds(touches: Asked, welds: WeldsAfter) -> Asked:
 def contacts_of(plan: TouchPlan) -> Callable[[FloatArray], FloatArray | None]:
     """Return from where a search ends, as T_base_tool, where it meets the part as planned; None on a way to a start."""
     T = plan.T_base_part
-    ends = T.apply(np.array([search.end for search in plan.searches]))
-    planned = T.apply(np.array([search.planned for search in plan.searches]))
+    ends = T.apply(np.array([search.end - plan.ahead(search) for search in plan.searches]))
+    planned = T.apply(np.array([search.planned - plan.ahead(search) for search in plan.searches]))
 
     def feel(T_base_tool: FloatArray) -> FloatArray | None:
         off = np.linalg.norm(ends - T_base_tool[:3, 3], axis=1)

@@ -77,12 +77,23 @@ class _KrlTouches(TouchWriter):
         header = self.header(signal, self._about(is_known=known is not None))
         names = {"header": header, "signal": signal, "air": self.air, "percent": JOINT_PERCENT, "act_lines": act_lines}
         names["weld"] = safe_name(self.controller.program_name, NAMES)
-        names |= {"stated": _stated, "gains": _gains, "frame": krl_frame_text(self.frame)}
+        names |= {"seen": self._seen, "gains": _gains, "frame": krl_frame_text(self.frame)}
         names["near"] = f"{self.setup.approach_speed_mm_s / 1000.0:g}"
         names |= {"interrupt": self._interrupt, "sensor": self.setup.krl.sensor, "home": self.home(HOME, "")}
         data = self.lines("touch_data", header=header, frame=krl_frame_text(self.frame), data=self._data(known))
         source = self.lines("touch", **names, **self.sensing(signal, enable))
         return {f"{self.name}.src": "\r\n".join([*source, ""]), f"{self.name}.dat": "\r\n".join([*data, ""])}
+
+    def _seen(self, term: Term) -> list[str]:
+        """Return the call that measures the deviation of a search: with its normal, or the axis and the radius."""
+        flat = (*term.normal, term.normal @ term.planned)
+        values = flat if term.axis is None else (*term.axis.ravel(), term.radius_mm)
+        stated = ",".join(f"{value + 0.0:.9f}" for value in values)
+        ahead = RigidTransform(np.eye(3), term.ahead, "part", "tool")
+        return [
+            *([f"WPAHEAD={krl_frame_text(ahead)}"] if self.plan.standoff_mm else []),
+            f"{'WPOFF' if term.axis is None else 'WPROUND'}(WPR_{term.name},{stated})",
+        ]
 
     @property
     def _interrupt(self) -> int:
@@ -135,13 +146,6 @@ class _KrlTouches(TouchWriter):
             f"DECL TSg_SearchProperty_T ZSP{mark}={{MoveType #MoveWithLin,TouchType #Single,DynamicStep #Slow,"
             f"SensorNum {self.setup.krl.sensor},SearchDepth_Tol {half:.4f},bBackToStartPos TRUE,PartThickness 0.0}}",
         ]
-
-
-def _stated(term: Term) -> str:
-    """Write the normal of a search and how far its planned contact is along it, or the axis and the radius."""
-    flat = (*term.normal, term.normal @ term.planned)
-    values = flat if term.axis is None else (*term.axis.ravel(), term.radius_mm)
-    return ",".join(f"{value + 0.0:.9f}" for value in values)
 
 
 def _gains(term: Term) -> list[tuple[str, str]]:

@@ -272,6 +272,11 @@ def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[st
     return [
         f"written by wpcal {__version__} from the plan in touches.json, fingerprint {plan.fingerprint}",
         f"part {plan.part}: {_count(len(plan.searches))}, wire {plan.wire_mm:g} mm, stick-out {plan.stick_out_mm:g} mm",
+        *(
+            [f"the tool centre point is {plan.standoff_mm:g} mm back from the tip of the wire, also in results"]
+            if plan.standoff_mm
+            else ["the tool centre point is the tip of the wire"]
+        ),
         *plan.notes,
         f"SAFETY: contact turns {signal} {level}. Before the first run hold the wire against the part by hand and see "
         f"it turn {level}: without it the torch drives {longest:.0f} mm on, into the part",

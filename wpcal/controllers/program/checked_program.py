@@ -111,12 +111,12 @@ def _freed(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> t
 
     Of each of the two distances halves are tried where it is not free.
     """
-    own, inside, free = {path.seam.name: path for path in program.paths}, dict[str, str](), dict[str, WeldPath]()
+    own, free, inside = {path.seam.name: path for path in program.paths}, dict[str, WeldPath](), dict[str, str]()
     while own:
         found = _inside(replace(program, paths=tuple(own.values())), part, torch)
-        free |= {name: path for name, path in own.items() if not found[name][0]}
-        inside |= {name: found[name][1] for name in own if name not in inside and found[name][0]}
-        nearer = ((name, _nearer(path, found[name][0])) for name, path in own.items() if name not in free)
+        free |= {name: path for name, path in own.items() if name not in found}
+        inside |= {name: why for name, (_, why) in found.items()}
+        nearer = ((name, _nearer(own[name], places)) for name, (places, _) in found.items())
         own = {name: path for name, path in nearer if path is not None}
     paths = tuple(free.get(path.seam.name, path) for path in program.paths)
     return replace(program, paths=paths), {name: why for name, why in inside.items() if name not in free}
@@ -127,11 +127,10 @@ def _nearer(path: WeldPath, places: Sequence[InWay]) -> WeldPath | None:
     last = len(path.stations()[0]) - 1
     if any(0.0 < place.at < last for place in places):
         return None
-    ends = _ends(path)
-    share = np.where([any(place.at == at for place in places) for at in (0.0, last)], 0.5, 1.0)
-    near = ends.weld + share[:, None] * (ends.p - ends.weld)
-    is_near = np.linalg.norm(near - ends.weld, axis=1) < NEAREST_MM
-    return None if (is_near & (share < 1.0)).any() else _with_ends(path, near)
+    ends, is_met = _ends(path), np.array([any(place.at == at for place in places) for at in (0.0, last)])
+    away = np.where(is_met[:, None], 0.5, 1.0) * (ends.p - ends.weld)
+    is_near = np.linalg.norm(away, axis=1) < NEAREST_MM
+    return None if (is_near & is_met).any() else _with_ends(path, ends.weld + away)
 
 
 def _shorter(motion: MotionSettings, paths: Sequence[WeldPath], plan: AirPlan) -> Iterator[str]:
@@ -156,10 +155,13 @@ def _with_ends(path: WeldPath, ends: FloatArray) -> WeldPath:
     return replace(path, p_base=frozen(p))
 
 
-def _inside(
-    program: WeldProgram, part: TriangleMaterial, torch: TorchShape
-) -> dict[str, tuple[tuple[InWay, ...], str]]:
-    """Return by name of the seam where the torch is inside material, and the first place for people."""
+Inside = dict[
+    str, tuple[tuple[InWay, ...], str]
+]  #: By name of the seam: places inside material, and the first in words.
+
+
+def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> Inside:
+    """Return where the torch is inside material on the seams on which it is."""
     axis, ways, frames = program.torch.tool_axis, [], list[FloatArray]()
     for path in program.paths:
         p, R, frame, _ = path.stations()
@@ -170,7 +172,7 @@ def _inside(
     back_mm = np.reshape([np.linalg.norm(end.p - end.weld, axis=1) for end in ends], (-1, 2)).T
     found = find_in_ways(part, ways, torch, axis=axis, back_mm=[*back_mm])
     named = zip((seam.name for seam, *_ in ways), found, frames, strict=True)
-    return {name: (places, places[0].describe(name, frame) if places else "") for name, places, frame in named}
+    return {name: (places, places[0].describe(name, frame)) for name, places, frame in named if places}
 
 
 def _with_ways(path: WeldPath, ends: FloatArray, to_seam: AirWay, from_seam: AirWay) -> WeldPath:

@@ -13,7 +13,7 @@ from wpcal.controllers.program.weld_program import SafePoint, WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.torch.attitude import wire_directions
+from wpcal.robot.torch.attitude import ToolAxis
 from wpcal.seam.judge.reach import sweep_torch
 from wpcal.touch.plan.choose import TouchDesign
 from wpcal.touch.searches import SearchKind, TouchPlan, TouchSetup
@@ -44,6 +44,7 @@ def in_stages(first: TouchPlan, second: TouchPlan, up_base: FloatArray) -> Touch
         raise InputError(
             "the two plans of touches are for other parts or places: plan the second with --after FIRST - (no results)"
         )
+    _require_one_tool(first, second.standoff_mm)
     if (first.home_joints is None) != (second.home_joints is None):
         raise InputError("one of the two plans of touches was made with an arm: plan both with it, or none")
     named = (replace(search, name=f"{FIRST}{number}") for number, search in enumerate(first.searches, 1))
@@ -57,6 +58,16 @@ def in_stages(first: TouchPlan, second: TouchPlan, up_base: FloatArray) -> Touch
     return replace(second, searches=(*named, begin, *others))
 
 
+def _require_one_tool(plan: TouchPlan, standoff_mm: float) -> None:
+    """Refuse another tool centre point: a controller has one, and with the other one the wire drives into the part."""
+    if abs(plan.standoff_mm - standoff_mm) > SAME_PLACE:
+        raise InputError(
+            f"the searches are planned for a tool centre point {plan.standoff_mm:g} mm back from the tip of the wire "
+            f"(standoff_mm in touches.json), here it is {standoff_mm:g} mm back: give wpcal touches and wpcal export "
+            "the same --standoff-mm"
+        )
+
+
 def welds_after(
     plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_base: FloatArray, *, stage: int = 0
 ) -> WeldsAfter:
@@ -66,8 +77,13 @@ def welds_after(
     `stage`: How many of the searches are a first stage, which corrects the frame once before (`in_stages`).
 
     Raises `InputError` when the searches of the plan are not the touches of one part on its planes and cylinders, leave
-    a motion free, or are planned for another part or place than the weld program; or this has no safe point.
+    a motion free, or are planned for another part, place or tool than the weld program; or this has no safe point.
     """
+    _require_one_tool(plan, program.torch.standoff_mm)
+    if program.torch.tool_axis is not ToolAxis.Z:
+        raise InputError(
+            "--tool-axis: in touch programs the wire leaves along z of the tool, so it does in their welds"
+        )
     T, part = plan.T_base_part, (program.calibration.get("inputs") or {}).get("part", {}).get("file", plan.part)
     if plan.part and part != plan.part:
         raise InputError(f"the plan of touches is for {plan.part}, the seams are those of {part}")
@@ -94,12 +110,12 @@ def welds_after(
         p, R = program.safe_point.poses_in(program.T_base_part)
         last = plan.searches[-1]
         up = T.R.T @ up_base
-        over = last.retract + max(float((p[0] - last.retract) @ up), 0.0) * up
+        start = last.retract - plan.ahead(last)
+        over = start + max(float((p[0] - start) @ up), 0.0) * up
         rows = np.stack([over, p[0]]), np.stack([last.R_part_tool, R[0]])
         way = SafePoint(T.apply(rows[0]), T.R @ rows[1])
-        tips = T.apply(np.stack([last.retract, *rows[0]]))
-        tips[2] += program.torch.standoff_mm * wire_directions(way.R_base[1], program.torch.tool_axis)
-        _require_free(program, T, tips, way.R_base[[0, 0, 1]])
+        places, turns = T.apply(np.stack([start, *rows[0]])), way.R_base[[0, 0, 1]]
+        _require_free(program, T, places + program.torch.standoff_mm * turns[:, :, 2], turns)
     return WeldsAfter(program, correction, way, T, before)
 
 
@@ -163,6 +179,7 @@ def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray, *, hold
             gain[:3],
             each.axis,
             RESIDUAL_SIGMAS * float(off) + UNSEEN_MM,
+            plan.ahead(each),
         )
         for each, normal, gain, off in zip(searches, n, gains, sigma, strict=True)
     )

@@ -30,12 +30,13 @@ class Term:
     """What one search adds to the correction, in `part`."""
 
     name: str  #: As programs write it.
-    planned: FloatArray  #: shape (3,). The stored place of a part that stands as planned, mm.
+    planned: FloatArray  #: shape (3,). The tip of the wire at contact where the part stands as planned, mm.
     normal: FloatArray  #: shape (3,).
     shift: FloatArray  #: shape (3,). Displacement per mm of deviation.
     turn: FloatArray  #: shape (3,). Turn per mm of deviation, rad.
     axis: FloatArray | None  #: shape (2, 3). A point of the axis of a round face, and its direction; None: flat.
     most_off_mm: float  #: The largest residual.
+    ahead: FloatArray  #: shape (3,). From the stored place, the tool centre point, to the tip of the wire, mm.
 
     @property
     def radius_mm(self) -> float:

@@ -29,7 +29,8 @@ class TouchSteps:
     """The poses of one search, in the frame that the program makes its work object."""
 
     search: Search
-    #: `p`, `R`: shapes (k + 4, 3) and (k + 4, 3, 3). The k points on the way, approach, start, end, retract; mm.
+    #: `p`, `R`: shapes (k + 4, 3) and (k + 4, 3, 3). The k points on the way, approach, start, end, retract; mm. Places
+    #: of the tool centre point.
     p: FloatArray
     R: FloatArray
     postures: Posture | None  #: Of the arm there; None if it is not known.
@@ -88,7 +89,7 @@ class TouchProgram:
         the robot.
         """
         T_frame_part = T_base_frame.inverse() @ self.plan.T_base_part
-        return tuple(_steps(search, T_frame_part, self.arm) for search in self.plan.searches)
+        return tuple(_steps(self.plan, search, T_frame_part, self.arm) for search in self.plan.searches)
 
 
 def _refuse_unsafe(search: Search) -> None:
@@ -107,9 +108,9 @@ def _refuse_unsafe(search: Search) -> None:
         )
 
 
-def _steps(search: Search, T_frame_part: RigidTransform, arm: Arm | None) -> TouchSteps:
+def _steps(plan: TouchPlan, search: Search, T_frame_part: RigidTransform, arm: Arm | None) -> TouchSteps:
     ends = [search.approach, search.start, search.end, search.retract]
-    p = np.concatenate([search.via.reshape(-1, 3), ends])
+    p = np.concatenate([search.via.reshape(-1, 3), ends]) - plan.ahead(search)
     R = np.broadcast_to(T_frame_part.R @ search.R_part_tool, (len(p), 3, 3))
     return TouchSteps(search, p @ T_frame_part.R.T + T_frame_part.t_mm, R, _postures(search, arm))
 

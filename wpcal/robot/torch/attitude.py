@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.core.motion import travel_angle, work_angle
+from wpcal.core.motion import standoff, travel_angle, work_angle
 from wpcal.core.options import opt
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.same_bits import arc_tangent
@@ -42,7 +42,7 @@ class TorchSettings:
 
     work_rad: float = work_angle()
     travel_rad: float = travel_angle()
-    standoff_mm: float = opt(0.0, "Tool centre point back from the seam.")
+    standoff_mm: float = standoff()
     tool_axis: ToolAxis = opt(ToolAxis.Z, "Axis of the tool along the wire.")
     #: How far the tool may turn about the wire, either way, from the direction of travel. Within it the tool turns as
     #: little as possible along a seam; 0 keeps its x (or -z) along the travel. Half a turn allows every orientation of

@@ -13,6 +13,7 @@ from wpcal.calibrate.errors.prediction import length_quantile
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.motion import standoff
 from wpcal.core.options import opt, opt_deg
 from wpcal.core.tangent import point_jacobian
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
@@ -124,6 +125,7 @@ class TouchOptions:
     )
     nominal: NominalError = field(default_factory=NominalError)
     wire_mm: float = opt(1.2, "Diameter of the wire.", "--wire-diameter-mm")
+    standoff_mm: float = standoff()
     torch: TorchShape = USUAL_TORCH
     post_base: tuple[float, float, float] | None = opt(
         None,

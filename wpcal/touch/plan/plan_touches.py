@@ -113,6 +113,7 @@ def plan_touches(
         notes=(*notes, *_notes(part.graph, found, strokes, options, T_base_part)),
         bodies=tacked,
         first_stage=first,
+        standoff_mm=options.standoff_mm,
     )
     return plan if reach is None else reach.with_joints(plan, air)
 

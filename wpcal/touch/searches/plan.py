@@ -26,9 +26,9 @@ MOST_TOUCHES = 60  #: Far more than anybody makes: the error falls with the root
 class Contact(StrEnum):
     """What of the torch meets the face."""
 
-    SIDE = "side"  #: The side of the wire: the tool centre point is the wire's radius from the face.
+    SIDE = "side"  #: The side of the wire: its tip is the wire's radius from the face.
     END = "end"
-    """The end of the wire: the tool centre point is on the face, and the error of the stick-out enters one to one."""
+    """The end of the wire: its tip is on the face, and the error of the stick-out enters one to one."""
 
 
 class SearchKind(StrEnum):
@@ -63,9 +63,9 @@ class PlannedBody:
 class Search:
     """One search: the way to its start, the straight move until contact, the way back.
 
-    All points are places of the tool centre point in `part` where it stands as planned (the work object of the
-    program), mm; also those of a post, whose place in the base is `TouchPlan.T_base_part` times it. During the search
-    the tool keeps its orientation.
+    All points are places of the tip of the wire in `part` where it stands as planned (the work object of the program),
+    mm; also those of a post, whose place in the base is `TouchPlan.T_base_part` times it. During the search the tool
+    keeps its orientation.
 
     Raises `InputError` when the name is not one, or the stroke is zero.
     """
@@ -77,7 +77,7 @@ class Search:
     contact_part: FloatArray  #: shape (3,). The point of the part that is touched where it stands as planned.
     normal_part: FloatArray  #: shape (3,). Outward unit normal there.
     contact: Contact
-    radius_mm: float  #: Distance of the tool centre point from the face at contact, along the outward normal.
+    radius_mm: float  #: Distance of the tip from the face at contact, along the outward normal.
     R_part_tool: FloatArray  #: shape (3, 3). Axes of the tool in `part` as columns; z leaves the wire tip.
     #: shape (k, 3). Points on the way from the search before (or from home) to `approach`, often none. The moves
     #: between them are linear, and the tool has the orientation of this search from the first of them on: it turns on
@@ -120,7 +120,7 @@ class Search:
 
     @property
     def planned(self) -> FloatArray:
-        """The tool centre point at contact where the part stands as planned, shape (3,), mm."""
+        """The tip of the wire at contact where the part stands as planned, shape (3,), mm."""
         return self.contact_part + self.radius_mm * self.normal_part
 
     @property
@@ -166,7 +166,7 @@ class TouchPlan:
     #: `part` coordinates.
     T_base_part: RigidTransform
     wire_mm: float  #: Diameter of the wire.
-    stick_out_mm: float  #: From the contact tip to the tool centre point.
+    stick_out_mm: float  #: From the contact tip to the tip of the wire.
     #: shape (axes,). Shown angles before the first search and after the last one, rad; None if no arm is given.
     home_joints: FloatArray | None = None
     robot: str = ""  #: Name of the arm; empty if none is given.
@@ -176,6 +176,7 @@ class TouchPlan:
     bodies: tuple[PlannedBody, ...] = ()  #: The bodies that may move; empty if the part is one.
     #: Of searches that do not hold the part, after which others can be planned; `predicted` is then what these promise.
     first_stage: FirstStage | None = None
+    standoff_mm: float = 0.0  #: From the tool centre point of the controller along the wire to its tip: see `ahead`.
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(search.name.upper() for search in self.searches).items() if n > 1]
@@ -190,6 +191,7 @@ class TouchPlan:
         """
         place = self.T_base_part.to_record()
         numbers = [*place["xyz_mm"], *place["rpy_deg"], self.wire_mm, self.stick_out_mm]
+        numbers += [self.standoff_mm] * (self.standoff_mm > 0.0)
         for search in self.searches:
             points = (search.contact_part, search.normal_part, search.start, search.end, search.R_part_tool)
             numbers += [search.radius_mm, *(float(v) for each in points for v in each.ravel())]
@@ -197,6 +199,13 @@ class TouchPlan:
         names = ",".join(f"{search.name}/{search.kind}" for search in self.searches)
         text = f"{names} {' '.join(f'{v:.{FINGERPRINT_DIGITS}f}' for v in rounded)}"
         return hashlib.sha256(text.encode()).hexdigest()[:8]
+
+    def ahead(self, search: Search) -> FloatArray:
+        """Return the way from the tool centre point of the controller to the tip of the wire in `part`, shape (3,), mm.
+
+        Programs move the tool centre point and store its places; all points of a search are places of the tip.
+        """
+        return np.asarray(self.standoff_mm * search.R_part_tool[:, 2])
 
     def search(self, name: str) -> Search:
         """Return the search of a name; upper and lower case are one. Raises `InputError` when there is none."""

@@ -1,6 +1,7 @@
 .PROGRAM WPCAL_touch()
 ; written by wpcal 0.1.1 from the plan in touches.json, fingerprint 0a9153c0
 ; part tee.step: 2 searches, wire 1.2 mm, stick-out 15 mm
+; the tool centre point is the tip of the wire
 ; SAFETY: contact turns signal 1001 on. Before the first run hold the wire
 ;   against the part by hand and see it turn on: without it the torch drives
 ;   16 mm on, into the part
