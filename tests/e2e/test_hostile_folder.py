@@ -42,6 +42,7 @@ def here(target, arguments=None, *, progress=None, **_):
     return getattr(import_module(module), function)(**(arguments or {}), **more)
 
 cad.work.child.run_in_child = here
+os.environ["WPCAL_CACHE"] = os.path.dirname(__file__) + "/answers"  # who finds seams once more imports nothing new
 places, ended = list(sys.path), {}
 for name, line in json.loads(sys.argv[1]).items():
     try:

@@ -48,6 +48,12 @@ def test_forms_agree_at_special_angles(axis, angle):
     assert np.linalg.norm(log_rotation(R)) == pytest.approx(angle, rel=0, abs=1e-12)
 
 
+@pytest.mark.parametrize("angle", [3e-9, 9e-5, 1.1e-4])
+def test_sines_of_small_turns_are_exact_to_round_off(angle):
+    R = exp_rotation(np.array([0.0, 0.0, -angle]))
+    assert R[0, 1] == pytest.approx(np.sin(angle), rel=1e-14, abs=0)
+
+
 def test_quaternions_are_stored_with_a_positive_real_part():
     assert (quaternion_from_rotation(rotations(200))[:, 3] >= 0).all()
 

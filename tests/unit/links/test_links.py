@@ -363,3 +363,11 @@ def with_another_frame(robot: Robot, rng: random.Random, data: bytes) -> bytes:
 
 def offset(target: str, source: str, x_mm: float) -> RigidTransform:
     return RigidTransform(np.eye(3), np.array([x_mm, 0.0, 0.0]), target, source)
+
+
+def test_a_position_that_was_kept_back_is_older_by_all_but_the_drift_of_two_clocks(monkeypatch):
+    monkeypatch.setattr(ur, "time", SimpleNamespace(monotonic=lambda: 108.0))
+    link = object.__new__(ur.UrLink)
+    link._offset_s, link._last_s = 5.0, 99.0
+    assert link._offset_at(101.0) == pytest.approx(5.0002, rel=0, abs=1e-9)
+    assert link._offset_at(104.0) == 4.0  # a quicker way than before

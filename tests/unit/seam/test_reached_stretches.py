@@ -8,17 +8,20 @@ import pytest
 
 from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.material import ExactMaterial
+from wpcal.brep.near_groups import NearBundles
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.motion import APPROACH_MM
 from wpcal.core.records import to_json
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
+from wpcal.robot.torch.file import find_torch
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, StepOptions
 from wpcal.seam.judge.leans import Leans, back_directions
-from wpcal.seam.judge.material import find_poses_in_material
+from wpcal.seam.judge.material import Necks, find_poses_in_material
 from wpcal.seam.judge.reach import find_in_ways
 from wpcal.seam.judge.stations import _path, start_mm
+from wpcal.seam.judge.torch_neck import neck_faces
 from wpcal.seam.options import Reach
 from wpcal.seam.record import seams_from_record, seams_record
 
@@ -163,5 +166,18 @@ def test_only_along_a_straight_seam_that_does_not_turn_the_wire_is_felt_between_
     turn = exp_rotation(lean_rad * frames.R[0, :, 0])
     R = np.where(middle[:, None, None], turn @ frames.R, frames.R)
     bent = replace(frames, p=frames.p + bow_mm * middle[:, None] * frames.R[0, :, 2], R=R)
-    assert len(frames) > 2
     assert len(_path(bent)) == (2 if bow_mm == lean_rad == 0.0 else len(frames))
+
+
+def test_a_neck_meets_no_face_beyond_those_that_are_compared_with_it(monkeypatch):
+    trimmed, rng = TrimmedFaces.of(graph := saved_graph("crossed-tee")), np.random.default_rng(3)
+    low, high = graph.vertex_p.min(axis=0) - 150.0, graph.vertex_p.max(axis=0) + 150.0
+    back = rng.normal(size=(400, 3))
+    bend = np.cross(back, rng.normal(size=back.shape))
+    back, bend = (each / np.linalg.norm(each, axis=1, keepdims=True) for each in (back, bend))
+    necks = Necks(find_torch("robot-22"), rng.uniform(low, high, back.shape), back, bend, np.zeros(len(back)))
+    faces = neck_faces(graph, trimmed, np.arange(len(back)), necks, wider_mm=0.0)
+    assert 0 < np.count_nonzero(faces >= 0) < len(faces)
+    around = NearBundles.around
+    monkeypatch.setattr(NearBundles, "around", lambda *given, within_mm: around(*given, within_mm=5000.0))
+    np.testing.assert_array_equal(neck_faces(graph, trimmed, np.arange(len(back)), necks, wider_mm=0.0), faces)
