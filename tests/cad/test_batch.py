@@ -17,7 +17,7 @@ from tests.cad.batch_faults import WPCAL, contents, write_jobs
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, kernel_work_here, run_here
 
-JOBS, WRAPPED = 6, 2  #: Jobs, and the one with an option that changes the seams of the part.
+JOBS, WRAPPED = 8, 2  #: Jobs, and the one with an option that changes the seams of the part.
 CHANGED = {"j0", "j3", "j4", "j5", "summary.jsonl"}
 
 
@@ -26,7 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A list of jobs, and in `whole` what a batch makes of it that nobody disturbs."""
     folder = tmp_path_factory.mktemp("batch")
     write_jobs(folder, JOBS, wrapped=WRAPPED)
-    done = run_here("batch", folder / "jobs.csv", "-o", folder / "whole", "-j", "3", "--report", "all")
+    done = run_here("batch", folder / "jobs.csv", "-o", folder / "whole", "-j", "8", "--report", "all")
     assert done.returncode == 1, done.stderr
     return folder
 

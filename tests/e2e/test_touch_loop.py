@@ -37,21 +37,17 @@ pytestmark = pytest.mark.usefixtures("kernel_here")
 
 @pytest.fixture(scope="module")
 def planned(tmp_path_factory):
-    """Return a function from a part to its plan, and to a function from a language to its program, each made once."""
+    """Return a function from a part to the folder of its plan and that of its programs, made once."""
 
     @cache
     def make(part):
-        plan, programs = tmp_path_factory.mktemp(part) / "plan", tmp_path_factory.mktemp(part)
+        plan, programs = tmp_path_factory.mktemp(part) / "plan", tmp_path_factory.mktemp(part) / "programs"
         ended = run_here("touches", FIXTURES / part / f"{part}.step", "--nominal", PLACE, "-o", plan)
         assert ended.returncode == 0, ended.stderr
-
-        @cache
-        def written(brand):
-            ended = run_here("export", plan, "-f", brand, *CONFIG, "-o", programs)
-            assert ended.returncode == 0, ended.stderr
-            return programs / brand
-
-        return plan / "touches.json", written
+        formats = [word for name in BRANDS for word in ("-f", name)]
+        ended = run_here("export", plan, *formats, *CONFIG, "-o", programs)
+        assert ended.returncode == 0, ended.stderr
+        return plan / "touches.json", programs
 
     return make
 
@@ -61,13 +57,13 @@ def true_place(plan_file, moved):
 
 
 def run(planned, part, brand, moved, out, *, mirrored=False, **options):
-    plan_file, written = planned(part)
+    plan_file, programs = planned(part)
     triangles = triangles_of(FIXTURES / part / f"{part}.step")
     if mirrored:
         triangles = triangles * [-1.0, 1.0, 1.0] + [triangles[..., 0].min() + triangles[..., 0].max(), 0.0, 0.0]
     torch = Torch(T_FLANGE_TOOL, stick_out_mm=read_touch_plan(plan_file).stick_out_mm, nozzle_radius_mm=NOZZLE_MM)
     return run_program(
-        brand, written(brand), Solid(triangles, true_place(plan_file, moved)), out, torch=torch, **options
+        brand, programs / brand, Solid(triangles, true_place(plan_file, moved)), out, torch=torch, **options
     )
 
 

@@ -176,8 +176,8 @@ def test_a_neck_meets_no_face_beyond_those_that_are_compared_with_it(monkeypatch
     bend = np.cross(back, rng.normal(size=back.shape))
     back, bend = (each / np.linalg.norm(each, axis=1, keepdims=True) for each in (back, bend))
     necks = Necks(find_torch("robot-22"), rng.uniform(low, high, back.shape), back, bend, np.zeros(len(back)))
-    faces = neck_faces(graph, trimmed, np.arange(len(back)), necks, wider_mm=0.0)
+    faces = neck_faces(graph, trimmed, np.arange(len(back)), necks, wider_mm=3.0)
     assert 0 < np.count_nonzero(faces >= 0) < len(faces)
     around = NearBundles.around
     monkeypatch.setattr(NearBundles, "around", lambda *given, within_mm: around(*given, within_mm=5000.0))
-    np.testing.assert_array_equal(neck_faces(graph, trimmed, np.arange(len(back)), necks, wider_mm=0.0), faces)
+    np.testing.assert_array_equal(neck_faces(graph, trimmed, np.arange(len(back)), necks, wider_mm=3.0), faces)
