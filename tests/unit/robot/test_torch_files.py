@@ -11,11 +11,14 @@ from xml.etree import ElementTree as ET
 import jsonschema
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from tests.running import run_here
 from wpcal.core.errors import InputError
 from wpcal.core.schemas import schema_text
+from wpcal.core.transform import RigidTransform
 from wpcal.pages.draw.torches import torches_svg
+from wpcal.robot.torch.bodies import bodies_of_shape, mounted
 from wpcal.robot.torch.file import find_torch, shipped_torches
 from wpcal.robot.torch.shape import CONE_STEP_MM, USUAL_TORCH, Neck, TorchShape
 from wpcal.seam.judge.other_torches import core_of_all
@@ -132,9 +135,18 @@ def test_a_neck_that_is_no_neck_is_refused(wrong: dict[str, float]) -> None:
 
 
 @pytest.mark.parametrize("shape", [each.shape for each in shipped_torches()], ids=lambda shape: shape.name)
-def test_the_pieces_of_a_nozzle_hold_its_cone_and_are_hardly_wider(shape):
+def test_the_pieces_and_the_planned_body_of_a_nozzle_hold_its_cone_and_are_hardly_wider(shape):
     z = np.linspace(0.0, shape.front_mm, 400)
     radius = np.interp(z, [0.0, max(shape.taper_mm, 1e-9)], [shape.mouth_mm, shape.nozzle_radius_mm])
     felt = [np.where((z >= t.start[2]) & (z <= t.end[2]), t.radius_mm, 0.0) for t in shape.nozzle_tubes]
     wider = np.max(felt, axis=0) - radius
     assert -1e-9 <= wider.min() <= wider.max() <= CONE_STEP_MM + 1e-9
+    T_flange_tool = RigidTransform(np.eye(3), [60.0, 0.0, 400.0], "flange", "tool")
+    (nozzle, *_) = bodies_of_shape(shape, T_flange_tool)
+    z, radius = (each[z <= mounted(shape, T_flange_tool).front_mm] for each in (z, radius))
+    turn = np.arange(90) * np.pi / 45.0
+    around = np.stack([np.cos(turn), np.sin(turn)], axis=1)[:, None] * radius[:, None]
+    places = np.concatenate([around, np.broadcast_to(-shape.wire_mm - z[:, None], (90, len(z), 1))], axis=2)
+    hull = ConvexHull(nozzle["hull_mm"]).equations
+    assert (places @ hull[:, :3].T + hull[:, 3]).max() < 1e-9
+    assert np.linalg.norm(np.array(nozzle["hull_mm"])[:, :2], axis=1).max() < 1.002 * shape.nozzle_radius_mm

@@ -100,18 +100,15 @@ def _apart(p: FloatArray, q: FloatArray) -> float:
 
 
 def _nozzle(shape: TorchShape, end_mm: float) -> dict[str, Any]:
-    """Return the nozzle from its mouth to `end_mm` behind the tip: a capsule, or the hull of a conical one."""
-    radius = shape.nozzle_radius_mm
-    if shape.mouth_radius_mm is None:
-        body = _capsule("nozzle", np.array([0.0, 0.0, -shape.wire_mm - radius]), np.array([0.0, 0.0, -end_mm]), radius)
-    else:
-        turn = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
-        circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(CORNERS)]) / np.cos(np.pi / CORNERS)
-        rings = ((shape.mouth_mm, shape.wire_mm), (radius, shape.wire_mm + shape.taper_mm), (radius, end_mm))
-        corners = np.concatenate([r * circle - [0.0, 0.0, back] for r, back in rings])
-        body = hulled("nozzle", corners)
-    body["to_part_mm"] = NOZZLE_TO_PART_MM
-    return body
+    """Return the hull of the nozzle from its mouth to `end_mm` behind the tip: a capsule would not reach its rim."""
+    turn = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(CORNERS)]) / np.cos(np.pi / CORNERS)
+    rings = {
+        (shape.mouth_mm, shape.wire_mm),
+        *((shape.nozzle_radius_mm, mm) for mm in (shape.wire_mm + shape.taper_mm, end_mm)),
+    }
+    corners = np.concatenate([r * circle - [0.0, 0.0, back] for r, back in sorted(rings, key=lambda ring: ring[1])])
+    return hulled("nozzle", corners, to_part_mm=NOZZLE_TO_PART_MM)
 
 
 def bodies_of_capsules(
