@@ -1,7 +1,6 @@
 """What `seams` accepts on a bracket drawn at random, `export` writes and `plan` welds, on every millimetre."""
 
 import json
-from functools import cache
 from itertools import product
 from pathlib import Path
 
@@ -40,19 +39,14 @@ CASES = (*FIRST, *(each for each in product(TORCHES, range(200)) if each not in 
 
 
 @pytest.fixture(scope="module")
-def cell_of(tmp_path_factory):
-    """Return what makes, by name of the torch, a robot with every bracket in reach: the torch alone decides."""
-
-    @cache
-    def made(torch):
-        arm, tool = ("ar2010", (0, 0, 330)) if torch == "straight" else ("irb2600_12_165", TOOL)
-        path = tmp_path_factory.mktemp("cell") / "cell.json"
-        own = () if torch == "on its flange" else ("--torch", torch)
-        new = run_here("cell", "new", "--torch-robot", arm, "--tool", ",".join(map(str, tool)), *own, "-o", path)
-        assert new.returncode == 0, new.stderr
-        return path
-
-    return made
+def cell(request, tmp_path_factory):
+    """Return a robot in front of which every bracket is in reach, so that the torch alone decides."""
+    arm, tool = ("ar2010", (0, 0, 330)) if request.param == "straight" else ("irb2600_12_165", TOOL)
+    path = tmp_path_factory.mktemp("cell") / "cell.json"
+    torch = () if request.param == "on its flange" else ("--torch", request.param)
+    made = run_here("cell", "new", "--torch-robot", arm, "--tool", ",".join(map(str, tool)), *torch, "-o", path)
+    assert made.returncode == 0, made.stderr
+    return path
 
 
 def dense(p):
@@ -61,10 +55,9 @@ def dense(p):
     return np.concatenate([np.linspace(a, b, n + 1) for a, b, n in zip(p[:-1], p[1:], counts, strict=True)])
 
 
-@pytest.mark.parametrize(("torch", "seed"), few(CASES, len(FIRST)))
-def test_every_accepted_millimetre_is_exported_and_planned(torch: str, seed: int, cell_of, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("cell", "seed"), few(CASES, len(FIRST)), indirect=["cell"])
+def test_every_accepted_millimetre_is_exported_and_planned(seed: int, cell: Path, tmp_path: Path) -> None:
     pytest.importorskip("fcl", reason="python-fcl is not installed")
-    cell = cell_of(torch)
     out, _ = calibrated(write_bracket(seed, tmp_path), tmp_path, "--torch", cell)
     finished = read_finished(out)
     seams = [seam for seam in finished.seams if seam.accepted]
