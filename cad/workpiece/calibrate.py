@@ -250,11 +250,8 @@ def calibrate_files(
         issues = means.write_moved(
             source, found.T_base_part, folder / moved, seams=marked, bake=bake, T_part_moved=own, progress=progress
         )
-        issues = (
-            *apart,
-            *(() if found.moved is None else (*found.moved.contact_notes(), *found.moved.gap_notes())),
-            *issues,
-        )
+        told = () if found.moved is None else (*found.moved.contact_notes(), *found.moved.gap_notes())
+        issues = (*apart, *told, *issues)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*run_issues, *issues, *mesh_issues))
@@ -268,6 +265,7 @@ def calibrate_files(
             file.writelines(json_parts(seams))
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
         if means.wants_page(found.result):
+            give_memory_back()
             (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
         del seams  # of a large part, the largest object here
         if holding is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.surface_rays import meet_rays
+from wpcal.brep.surface_rays import meet_rays, way_through
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
@@ -196,14 +196,7 @@ def passage(
 ) -> tuple[FloatArray, FloatArray]:
     """Return where rays from o along d enter boxes and where they leave them; a ray that leaves first misses its box.
 
-    Returns `enter, leave`: ndarray, shape (m,). Distances from the start, mm.
-
-    `o`, `d`, `low`, `high`: shape (3, m). Starts, directions, and corners of the boxes, which grow by `THIN_MM`; one
-    row per coordinate, mm.
+    `o`, `d`, `low`, `high`: shape (3, m). As of `way_through`; the boxes grow by `THIN_MM`.
     `length`: shape (m,). Where the rays end, mm.
     """
-    enter, leave = np.zeros(len(length)), length
-    for k in range(3):
-        a, b = (low[k] - THIN_MM - o[k]) / d[k], (high[k] + THIN_MM - o[k]) / d[k]
-        enter, leave = np.maximum(enter, np.fmin(a, b)), np.minimum(leave, np.fmax(a, b))
-    return enter, leave
+    return way_through(o, d, np.zeros(len(length)), length, low - THIN_MM, high + THIN_MM)

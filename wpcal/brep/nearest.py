@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.brep.nurbs import NurbsSurface
 from wpcal.brep.spans import SurfaceSet
 from wpcal.brep.surface_cells import cell_breaks, divided
+from wpcal.brep.surface_rays import along_surface
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -84,11 +85,7 @@ class NearestOnSurfaces:
     def _step(self, surface: IntArray, uv: FloatArray, points: FloatArray) -> FloatArray:
         """Return the Gauss-Newton step towards the nearest point; arrays (m,), (m, 2), (m, 3) and (m, 2)."""
         p, du, dv = self.surfaces.evaluate(surface, uv)
-        r = points - p
-        a, b, c = (np.einsum("mi,mi->m", x, y) for x, y in ((du, du), (du, dv), (dv, dv)))
-        f, g = np.einsum("mi,mi->m", du, r), np.einsum("mi,mi->m", dv, r)
-        det = np.where(a * c - b * b == 0, 1.0, a * c - b * b)
-        return np.stack([(c * f - b * g) / det, (a * g - b * f) / det], axis=1)
+        return along_surface(points - p, du, dv)
 
 
 def _is_round(surfaces: SurfaceSet, low: FloatArray, high: FloatArray) -> BoolArray:

@@ -47,14 +47,14 @@ def meet_rays(
     with np.errstate(divide="ignore", invalid="ignore"):
 
         def meets(row: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
-            enter, leave = _passage(o[:, row], d[:, row], low[row], high[row], box_low, box_high)
+            enter, leave = way_through(o[:, row], d[:, row], low[row], high[row], box_low, box_high)
             return np.asarray(leave >= enter, dtype=bool)
 
         row, cell = cells.find_near(surface, meets)
         corner_low, corner_high = (
             np.take(corner, cell, axis=1) for corner in (cells.levels[0].low, cells.levels[0].high)
         )
-        enter, leave = _passage(o[:, row], d[:, row], low[row], high[row], corner_low, corner_high)
+        enter, leave = way_through(o[:, row], d[:, row], low[row], high[row], corner_low, corner_high)
     pair, uv = _starts(cells, surface[row], origins[row], rays[row], cell, (enter, leave))
     row, cell = row[pair], cell[pair]
     found = _follow(cells, surface[row], origins[row], rays[row], cell, uv)
@@ -63,10 +63,13 @@ def meet_rays(
     return _once(found.select(kept), rays)
 
 
-def _passage(
+def way_through(
     o: FloatArray, d: FloatArray, low: FloatArray, high: FloatArray, box_low: FloatArray, box_high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return between which distances rays are in boxes, one row per coordinate."""
+    """Return between which distances rays are in boxes.
+
+    `o`, `d`, `box_low`, `box_high`, `low`, `high`: shape (3, m), a row per coordinate; (m,) for the last two. mm.
+    """
     enter, leave = low, high
     for k in range(3):
         a, b = (box_low[k] - o[k]) / d[k], (box_high[k] - o[k]) / d[k]
@@ -94,7 +97,7 @@ def _starts(
     starts = [middle[steep] + np.clip(step[steep], -size[steep], size[steep]), middle[low_rows]]
     for at in ends_mm:
         arm = origins[low_rows] + at[low_rows, None] * rays[low_rows] - p[low_rows]
-        way = _along_surface(arm, du[low_rows], dv[low_rows])
+        way = along_surface(arm, du[low_rows], dv[low_rows])
         starts.append(middle[low_rows] + np.clip(way, -size[low_rows] / 2, size[low_rows] / 2))
     which = np.concatenate([steep, low_rows, low_rows, low_rows])
     return which, np.concatenate(starts)
@@ -134,11 +137,11 @@ def _newton_step(
     rise = np.einsum("ki,ki->k", rays, n)
     r = origins - p
     along = -np.einsum("ki,ki->k", r, n) / np.where(rise == 0, 1.0, rise)
-    step = _along_surface(r + along[:, None] * rays, du, dv)
+    step = along_surface(r + along[:, None] * rays, du, dv)
     return step, along, rise / np.where(length > 0, length, 1.0)
 
 
-def _along_surface(arm: FloatArray, du: FloatArray, dv: FloatArray) -> FloatArray:
+def along_surface(arm: FloatArray, du: FloatArray, dv: FloatArray) -> FloatArray:
     """Return the step in (u, v) that goes along an arm as far as the tangent plane lets it, shape (k, 2)."""
     a, b, c = (np.einsum("ki,ki->k", x, y) for x, y in ((du, du), (du, dv), (dv, dv)))
     f, g = np.einsum("ki,ki->k", du, arm), np.einsum("ki,ki->k", dv, arm)

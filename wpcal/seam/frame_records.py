@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.path.position import weld_positions
@@ -22,7 +22,7 @@ def frame_records(
     u95_mm: Sequence[FloatArray] | None,
     columns: Mapping[str, Sequence[FloatArray]] | None = None,
 ) -> list[list[dict[str, Any]]]:
-    """Return the records of the frames of each seam.
+    """Return the records of the frames of each seam. Frames with the same axes share their lists.
 
     `u95_mm`: shape (n,). For each seam, the 95 % error at each of its n frames, mm.
     `columns`: shape (n,). More numbers of the frames of each seam, by the name of their field.
@@ -32,10 +32,12 @@ def frame_records(
     counts = [len(seam.frames) for seam in seams]
     frames = SeamFrames.joined([seam.frames for seam in seams])
     frames = frames if T_base_part is None else frames.moved(T_base_part)
-    fields = (frames.s_mm, frames.p, frames.R, quaternion_from_rotation(frames.R), np.degrees(frames.angle_rad))
+    first, turn = _same_axes(frames.R)
+    R, q = frames.R[first].tolist(), quaternion_from_rotation(frames.R[first]).tolist()
+    fields = (frames.s_mm, frames.p, turn, np.degrees(frames.angle_rad))
     records: list[dict[str, Any]] = [
-        {"s_mm": s, "p_mm": p, "R": R, "q_xyzw": q, "angle_deg": angle}
-        for s, p, R, q, angle in zip(*(field.tolist() for field in fields), strict=True)
+        {"s_mm": s, "p_mm": p, "R": R[k], "q_xyzw": q[k], "angle_deg": angle}
+        for s, p, k, angle in zip(*(field.tolist() for field in fields), strict=True)
     ]
     spans = list(pairwise(accumulate(counts, initial=0)))
     _add_leans(seams, [records[start:end] for start, end in spans])
@@ -46,6 +48,13 @@ def frame_records(
     if T_base_part is not None:
         _add_positions(seams, counts, frames.R, records)
     return [records[start:end] for start, end in spans]
+
+
+def _same_axes(R: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return a frame of each of the different axes, shape (n, 3, 3), and which each frame has, equal in all bits."""
+    bits = np.ascontiguousarray(R).reshape(-1, 9).view(np.dtype((np.void, 9 * R.itemsize))).ravel()
+    _, first, number = np.unique(bits, return_index=True, return_inverse=True)
+    return first, number
 
 
 def _add_leans(seams: Sequence[Seam], records: Sequence[list[dict[str, Any]]]) -> None:
