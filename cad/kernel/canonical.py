@@ -22,6 +22,7 @@ from wpcal.core.arrays import FloatArray
 
 SAME_SHAPE_MM = 1e-3
 """A B-spline this close to a plane, cylinder, circle … counts as one. Exporters approximate to 1e-4 mm."""
+CRUMB_MM = 1e-5  #: A curve shorter than this is a line, whatever it is: the kernel cannot cut it from a spline.
 
 
 def recognise_surface(face: Any) -> tuple[int, Any] | None:
@@ -88,6 +89,9 @@ def _span_count(adaptor: Any) -> int:
 def _as_line(points: FloatArray) -> RecognisedCurve | None:
     run = points[-1] - points[0]
     length = float(np.linalg.norm(run))
+    if np.linalg.norm(points - points[0], axis=1).max() <= CRUMB_MM:
+        x = run / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
+        return RecognisedCurve(CurveKind.LINE, np.array([points[0], x, np.zeros(3), np.zeros(3)]), 0.0, (0.0, length))
     if length <= SAME_SHAPE_MM:
         return None
     x = run / length

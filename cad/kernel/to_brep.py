@@ -11,13 +11,13 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.Geom import Geom_RectangularTrimmedSurface, Geom_TrimmedCurve
 from OCP.GeomAbs import GeomAbs_CurveType as Curve
-from OCP.GeomAbs import GeomAbs_SurfaceType
+from OCP.GeomAbs import GeomAbs_Shape, GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor
-from OCP.GeomConvert import GeomConvert
+from OCP.GeomConvert import GeomConvert, GeomConvert_ApproxCurve
 from OCP.gp import gp_Pnt, gp_Vec
 
 from cad.kernel.call import kernel_call
-from cad.kernel.canonical import recognise_curve, recognise_surface
+from cad.kernel.canonical import SAME_SHAPE_MM, recognise_curve, recognise_surface
 from cad.kernel.geometry import has_triangles_only
 from cad.kernel.topology import EDGE, FACE, EdgeMap, VertexMap, sub_shape_uses
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
@@ -37,6 +37,8 @@ _ELEMENTARY = {
     GeomAbs_SurfaceType.GeomAbs_Torus: (SurfaceKind.TORUS, BRepAdaptor_Surface.Torus),
 }
 _LINE, _CIRCLE, _ELLIPSE = map(int, (Curve.GeomAbs_Line, Curve.GeomAbs_Circle, Curve.GeomAbs_Ellipse))
+
+MOST_SPANS_AND_DEGREE = 200, 9  #: Of the spline that stands for an offset curve.
 
 
 @dataclass
@@ -218,7 +220,12 @@ def curve_row(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
 
 
 def _nurbs_curve(adaptor: Any, span: tuple[float, float]) -> NurbsCurve:
-    curve = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(GeomAdaptor.MakeCurve_s(adaptor), *span))
+    if adaptor.GetType() in (Curve.GeomAbs_OffsetCurve, Curve.GeomAbs_OtherCurve):
+        curve = GeomConvert_ApproxCurve(
+            adaptor, SAME_SHAPE_MM, GeomAbs_Shape.GeomAbs_C1, *MOST_SPANS_AND_DEGREE
+        ).Curve()
+    else:
+        curve = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(GeomAdaptor.MakeCurve_s(adaptor), *span))
     if curve.IsPeriodic():
         curve.SetNotPeriodic()
     poles = np.array([_xyz(curve.Pole(i)) for i in range(1, curve.NbPoles() + 1)])

@@ -2,8 +2,9 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
-from build123d import Align, Box, Cylinder, Pos, Rot, Sphere, chamfer, fillet
+from build123d import Align, Box, Cylinder, Pos, Rot, Sphere, Spline, chamfer, extrude, fillet, make_face, offset
 
 from cad.kernel.to_brep import to_brep
 from wpcal.brep.trim import TrimmedFaces
@@ -11,7 +12,7 @@ from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.limits import Level
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import take_members
-from wpcal.seam.member.one_piece import LEAST_EXPLAINED, OnePieces
+from wpcal.seam.member.one_piece import LEAST_EXPLAINED, OnePieces, find_whole_solids
 from wpcal.seam.options import Judging
 from wpcal.seam.rules import Rule
 
@@ -71,6 +72,15 @@ def stub() -> Any:
     return Box(30, 30, 40, align=LOW) - Pos(0, 0, 20) * Rot(0, 90, 0) * Cylinder(6, 60)
 
 
+def pressed_cup() -> Any:
+    """Return a bowl of sheet with a wavy wall that meets its floor at a sharp corner."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    radius = 80.0 + 12.0 * np.cos(2.0 * turn) + 6.0 * np.sin(3.0 * turn)
+    corners = np.column_stack([1.2 * radius * np.cos(turn), radius * np.sin(turn)]).tolist()
+    outside = make_face(Spline([tuple(corner) for corner in corners], periodic=True))
+    return extrude(outside, 110) - Pos(0, 0, 4) * extrude(offset(outside, -4), 110)
+
+
 def looks_whole(shape: Any) -> str | None:
     graph = to_brep([("S", shape.solid().wrapped)])
     return OnePieces(graph, TrimmedFaces.of(graph)).why(0)
@@ -103,6 +113,13 @@ def test_a_clip_of_thin_sheet_is_a_member_and_a_case_that_an_arc_burns_through_i
     clip = Box(30, 26, 20, align=LOW) - Pos(2.5, 0, 2.5) * Box(30, 21, 20, align=LOW)
     assert looks_whole(clip) is None
     assert "it looks cast, moulded or milled" in str(looks_whole(clip.scale(0.4)))
+
+
+def test_the_corners_of_a_free_form_sheet_were_pressed_with_it() -> None:
+    graph = to_brep([("S", pressed_cup().solid().wrapped)])  # its edges are offset curves
+    assert not any(seam.accepted for seam in detect_seams(graph))
+    [(_, _, why)] = find_whole_solids(graph, TrimmedFaces.of(graph))
+    assert why == "it is mostly free-form sheet: it looks pressed or moulded"
 
 
 @pytest.mark.parametrize("made", [pad, rounded_plate, flange, hub, mitred_angle, stub])

@@ -6,22 +6,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from build123d import Box, Compound, Pos, export_step
+from build123d import Box, Compound, Pos, Spline, export_step
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.Geom import Geom_CylindricalSurface, Geom_RectangularTrimmedSurface
 from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Ax3
+from OCP.TopoDS import TopoDS_Edge
 
 from cad.kernel.call import kernel_call, step_settings
 from cad.kernel.canonical import recognise_surface
-from cad.kernel.to_brep import to_brep
+from cad.kernel.to_brep import curve_row, to_brep
 from cad.kernel.topology import compound
 from cad.samples.parts import box
 from cad.step.read import read_step
 from cad.step.solids import leaf_shapes
 from cad.workpiece.features import list_features
 from cad.workpiece.workpiece import open_workpiece
-from wpcal.brep import SurfaceKind
+from wpcal.brep import CurveKind, SurfaceKind
 from wpcal.core.errors import KernelError
 from wpcal.taught.features import Ease, FeatureKind, HoleForm, feature_named
 
@@ -114,6 +116,17 @@ def test_a_cylinder_written_as_a_spline_is_recognised(is_trimmed: bool) -> None:
     graph = to_brep([("part", face)])
     assert graph.face_kind.tolist() == [SurfaceKind.CYLINDER]
     assert np.isfinite(graph.face_param).all()
+
+
+def test_a_piece_of_a_spline_too_short_to_be_cut_from_it_is_a_line() -> None:
+    corners = [(0.0, 0.0, 0.0), (90.0, 10.0, 4.0), (120.0, 80.0, -6.0), (-20.0, 60.0, 3.0)]
+    curve = BRep_Tool.Curve_s(Spline(corners, periodic=True).wrapped, 0.0, 1.0)
+    edge, last = TopoDS_Edge(), curve.LastParameter()
+    BRep_Builder().MakeEdge(edge, curve, 1e-3)
+    BRep_Builder().Range(edge, last - 2e-9 * last, last)
+    (kind, _, _), span, nurbs = curve_row(edge)
+    assert (kind, nurbs) == (CurveKind.LINE, None)
+    assert 0.0 < span[1] - span[0] < 1e-5
 
 
 def unit() -> str:

@@ -220,24 +220,27 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 
     `solids`: shape (n,).
 
-    Of the solids that others touch, those are left out that are one plate with steps or mostly free-form sheet, and
-    those that are small beside the part while its other members were drawn as bodies of their own.
+    Those are left out that are mostly free-form sheet. Of those that others touch, also what is one plate with steps,
+    and what is small beside the part while its other members were drawn as bodies of their own.
     """
     found = count_solids(graph, trimmed, solids)
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
-        if touched[solid]:
-            apart = members_of(graph, trimmed, solid)
-            members = apart.members
-            axes = np.array([one.axis for one in members]).reshape(-1, 3)
-            is_stepped = {one.kind for one in members} == {MemberKind.PLATE}
+        members = members_of(graph, trimmed, solid)
+        found[row] = not _is_pressed(graph, members)
+        if found[row] and touched[solid]:
+            axes = np.array([one.axis for one in members.members]).reshape(-1, 3)
+            is_stepped = {one.kind for one in members.members} == {MemberKind.PLATE}
             is_stepped &= bool((np.abs(axes @ axes[:1].T) > ON_COS).all())
-            sheets = [face for one in members if one.kind is MemberKind.SHEET for face in one.faces]
-            is_formed = apart.straight_share < LEAST_STRAIGHT
-            is_formed &= bool((graph.face_kind[sheets] == SurfaceKind.NURBS).any())
-            found[row] = not is_stepped and not is_formed and not _is_detail(graph, trimmed, solid)
+            found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
     return solids[found]
+
+
+def _is_pressed(graph: BrepGraph, found: Decomposition) -> bool:
+    """Tell whether a solid is mostly free-form sheet: it was pressed, or moulded, with its corners."""
+    sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
+    return found.straight_share < LEAST_STRAIGHT and bool((graph.face_kind[sheets] == SurfaceKind.NURBS).any())
 
 
 def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
@@ -289,13 +292,17 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
     solids, counts = np.unique(solid_of, return_counts=True)
     most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
     pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
-    asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
+    asked = [(solid, count, _why_none_is_welded(graph, trimmed, solid)) for solid, count in pairs]
+    return [(solid, count, why) for solid, count, why in asked if why is not None]
+
+
+def _why_none_is_welded(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    if (why := why_one_piece(graph, trimmed, solid)) is not None:
+        return why
+    if _is_pressed(graph, members_of(graph, trimmed, solid)):
+        return "it is mostly free-form sheet: it looks pressed or moulded"
     screwed = "those that may be welds are round bolts or screws"
-    return [
-        (solid, count, why or screwed)
-        for solid, count, why in asked
-        if why is not None or not _inner_corners(graph, trimmed, solid)
-    ]
+    return None if _inner_corners(graph, trimmed, solid) else screwed
 
 
 def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:
