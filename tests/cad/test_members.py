@@ -24,7 +24,7 @@ from tests.few import few
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import Seam, SeamOptions, detect_seams
-from wpcal.seam.member.member import MemberKind
+from wpcal.seam.member.member import Decomposition, Member, MemberKind
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.search import find_part_seams
@@ -96,15 +96,16 @@ def test_ribs_on_a_plate_are_welded_though_nothing_explains_the_dome_below() -> 
     assert not [seam for seam in fused_seams(milled) if seam.accepted]
 
 
-def test_a_lug_that_is_too_thick_for_a_plate_is_welded_to_slender_members() -> None:
+def test_a_thick_plate_and_a_lug_are_welded_to_slender_members() -> None:
     dome = Sphere(90) & Pos(0, 0, -50) * Box(200, 200, 100)
     ribs = [Pos(0, y, 40) * Box(290, 8, 60) for y in (-90, 90)]
     lug = Pos(0, 0, 55) * Box(100, 35, 90) - Pos(0, 0, 65) * Cylinder(15, 80, rotation=(90, 0, 0))
     around = {}
-    for name, body in (("lug", lug), ("block", Pos(0, 0, 55) * Box(100, 80, 90))):
+    thick, block = (Pos(0, 0, 55) * Box(100, y, 90) for y in (20, 80))
+    for name, body in (("lug", lug), ("thick", thick), ("block", block)):
         seams = fused_seams(Pos(0, 0, 5) * Box(300, 200, 10) + dome + ribs + body)
         around[name] = sum(seam.length_mm for seam in seams if seam.accepted and abs(seam.frames.p[0, 1]) < 80)
-    assert around == {"lug": pytest.approx(2 * 135.0), "block": 0}
+    assert around == {"lug": pytest.approx(2 * 135.0), "thick": pytest.approx(2 * 120.0), "block": 0}
 
 
 def test_a_plate_that_lies_on_another_one_is_a_member() -> None:
@@ -123,6 +124,35 @@ def test_a_tube_is_known_by_its_bore_whatever_covers_its_outside() -> None:
     assert found.share > 0.98
     milled = Box(100, 60, 600, align=ALONG) - Pos(5, 0, 0) * Box(60, 40, 600, align=ALONG)
     assert all(one.kind is not MemberKind.TUBE for one in members_of(*graph_of(milled + rails), 0).members)
+
+
+def octagon(x: float, y: float, cut: float) -> Any:
+    """Return a bar along z, 600 mm long: a box whose four edges are cut off at 45 degrees."""
+    corner = [(x, y - cut), (x - cut, y)]
+    turned = [(-a, b) for a, b in reversed(corner)]
+    half = [*corner, *turned]
+    return extrude(make_face(Polyline(*half, *[(-a, -b) for a, b in half], close=True)), 600)
+
+
+def test_narrow_facets_of_a_folded_tube_are_sides_of_it() -> None:
+    tube = octagon(70, 50, 12.7) - octagon(58, 38, 5.67)  # 18 mm wide outside, 8 mm inside
+    rails = [Pos(0, 53 * side, 200 * (side > 0)) * Box(30, 6, 400, align=ALONG) for side in (-1, 1)]
+    graph, trimmed = graph_of(tube + rails)
+    (known,) = (one for one in members_of(graph, trimmed, 0).members if one.kind is MemberKind.TUBE)
+    slanted = np.abs(graph.face_frame[sorted(known.faces), 3]) @ [1.0, 1.0, 0.0] > 1.4
+    assert slanted.sum() == 8
+
+
+def test_plates_on_a_girder_that_was_drawn_solid_are_between_plates() -> None:
+    across = np.array([0.0, 0.0, 1.0])
+    girder, plate, block = (
+        Member(MemberKind.PLATE, frozenset([face]), across, np.array([thick, wide]), thick, wide)
+        for face, (wide, thick) in enumerate(((1500.0, 200.0), (900.0, 20.0), (600.0, 140.0)))
+    )
+    members = (girder, plate, block)
+    found = Decomposition(members, 1.0, 1.0, tuple(one.faces for one in members))
+    assert found.is_between(0, 1)
+    assert not found.is_between(0, 2)  # a plate of 140 mm was rather milled
 
 
 @pytest.mark.parametrize(("play", "welds"), [(0.0, 2), (0.2, 2), (0.8, 0)])

@@ -17,7 +17,16 @@ from wpcal.core.linked import linked_groups
 from wpcal.seam.find.built_up import FLATTEST, OPPOSITE_COS, SAME_THICKNESS, SKIN_MM, Surface, sampled_surface
 from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.find.tubes import find_tubes
-from wpcal.seam.member.member import DRAWN_SOLID_MM, ENDS_TOGETHER, ON_COS, ON_MM, SLENDER_PLATE, Member, MemberKind
+from wpcal.seam.member.member import (
+    DRAWN_SOLID_MM,
+    ENDS_TOGETHER,
+    ON_COS,
+    ON_MM,
+    SLENDER_PLATE,
+    THICKEST_BAR_MM,
+    Member,
+    MemberKind,
+)
 from wpcal.seam.member.prisms import FEWEST_EDGES, Prism, find_prisms
 from wpcal.seam.member.sections import THIN_SECTION, stock_of
 
@@ -62,13 +71,13 @@ def _beside(graph: BrepGraph, faces: frozenset[int] | set[int], edges: IntArray 
 
 
 def lugs_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[frozenset[int]]:
-    """Return the sides and rims of each thick plate that stands on others: no member by itself, but cut from plate."""
+    """Return the sides and rims of each thick plate: not slender, but cut from plate where others are."""
     surface = sampled_surface(graph, trimmed, solid)
     found = []
     for one, _ in _plates(graph, trimmed, solid, surface, flattest=LUG):
         sides = np.array(sorted(one.faces))
         cos = graph.face_outward[sides] * (graph.face_frame[sides, 3] @ one.axis)  # of a wedge, one side is there
-        if FLATTEST * one.length_mm < one.thickness_mm < DRAWN_SOLID_MM and cos.min() < 0.0 < cos.max():
+        if not one.is_slender and one.thickness_mm < THICKEST_BAR_MM and cos.min() < 0.0 < cos.max():
             found.append(one.faces | one.rims)
     return found
 
@@ -94,12 +103,13 @@ def _plates(
         way, t = n[row], float(high[row] - low[row])
         height = graph.face_frame[planes, 0] @ way
         cos = graph.face_outward[planes] * (graph.face_frame[planes, 3] @ way)
-        on = (cos < -ON_COS) & (np.abs(height - low[row]) <= 0.05)
-        on |= (cos > ON_COS) & (np.abs(height - high[row]) <= 0.05)
-        both = frozenset(faces | set(planes[on].tolist()))
+        below = (cos < -ON_COS) & (np.abs(height - low[row]) <= 0.05)
+        above = (cos > ON_COS) & (np.abs(height - high[row]) <= 0.05)
+        both = frozenset(faces | set(planes[below | above].tolist()))
         flat = np.isin(surface.face, list(both)) & (np.abs(surface.thick - t) <= SAME_THICKNESS * t + ON_MM)
         wide = float(np.sqrt(flat.sum() * surface.mm2 / 2.0))
-        if t > flattest * wide and not DRAWN_SOLID_MM <= t <= wide:
+        is_box, has_sides = t > flattest * wide, below.any() & above.any()
+        if is_box and not (DRAWN_SOLID_MM <= t <= wide and has_sides):
             continue
         beside = np.array(sorted(_beside(graph, both)), dtype=np.int64)
         rim = np.isin(surface.face, beside)
@@ -107,8 +117,8 @@ def _plates(
         at_all = surface.p @ way
         rim &= (np.abs(surface.normal @ way) < 1.0 - ON_COS + 0.02) & (at_all > low[row] - ON_MM)
         rim &= at_all < high[row] + ON_MM
-        kind = MemberKind.PLATE if t <= flattest * wide else MemberKind.BOX
-        if kind is MemberKind.BOX and not (rim.any() and np.median(surface.thick[rim]) >= DRAWN_SOLID_MM):
+        kind = MemberKind.BOX if is_box else MemberKind.PLATE
+        if is_box and not (rim.any() and np.median(surface.thick[rim]) >= min(t, THICKEST_BAR_MM)):
             continue
         ends = np.array([np.quantile(trimmed.heights(face, way), (0.0, 1.0)) for face in beside.tolist()])
         is_rim = (np.abs(ends - [low[row], high[row]]) <= ON_RIM_MM).all(axis=1)
@@ -121,7 +131,7 @@ def _plates(
                 np.array([t, wide]),
                 t,
                 wide,
-                rims=frozenset(beside[is_rim & (t < DRAWN_SOLID_MM)].tolist()),
+                rims=frozenset(beside[is_rim & (t < THICKEST_BAR_MM)].tolist()),
             ),
             flat | rim,
         )
@@ -149,12 +159,14 @@ def _tube_of_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolA
         return
     rows = np.flatnonzero(same & surface.flat & ~inside)
     u = square_to(bore.way)
-    behind = surface.p[rows] - (surface.thick[rows, None] - 2.0 * SKIN_MM) * surface.normal[rows]
-    behind = behind @ np.column_stack([u, np.cross(bore.way, u)])
+    plane = np.column_stack([u, np.cross(bore.way, u)])
+    behind = (surface.p[rows] - (surface.thick[rows, None] - 2.0 * SKIN_MM) * surface.normal[rows]) @ plane
     low, high = bore.contour.corners.min(axis=0) - ON_MM, bore.contour.corners.max(axis=0) + ON_MM
     outside = np.zeros_like(inside)
     outside[rows] = ((behind > low) & (behind < high)).all(axis=1)
-    outer = _mostly(surface, outside)
+    off = surface.p @ plane  # a plate that is flush with a side goes on beyond the section
+    within = ((off > low - wall) & (off < high + wall)).all(axis=1) & np.isin(surface.face, surface.face[outside])
+    outer = _mostly(surface, within)
     on_outer = np.isin(surface.face, outer)
     cover = inside & (surface.thick > wall * (1.0 - SAME_THICKNESS))
     cover |= on_outer & (outside | (surface.thick > wall))

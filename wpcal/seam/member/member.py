@@ -20,7 +20,8 @@ are plates on which others stand."""
 SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 """A slender plate, bar or profile is thinner than this share of the root of its area; a slender tube has a wall thinner
 than this share of its height."""
-DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
+DRAWN_SOLID_MM = 150.0  #: Plates are sold up to this thickness; what is thicker was a box, and was drawn solid.
+THICKEST_BAR_MM = 250.0  #: Bars are rolled, and boards are cut, up to this thickness.
 THINNEST_MM = 1.2  #: An arc burns through sheet that is thinner than the usual wire.
 
 
@@ -60,9 +61,14 @@ class Member:
         return self.kind in (MemberKind.PLATE, MemberKind.BOX) and self.thickness_mm >= DRAWN_SOLID_MM
 
     @property
+    def is_thicker_than_bars(self) -> bool:
+        """Tell whether it is no board, either: boards and walls are not so thick."""
+        return self.is_drawn_solid and self.thickness_mm >= THICKEST_BAR_MM
+
+    @property
     def is_slab(self) -> bool:
         """Tell whether it is a thick board of some size."""
-        is_board = self.kind in (MemberKind.PLATE, MemberKind.BAR) and not self.is_drawn_solid
+        is_board = self.kind in (MemberKind.PLATE, MemberKind.BAR, MemberKind.BOX) and not self.is_thicker_than_bars
         return is_board and self.section[0] >= SLAB_MM and self.section[1] * self.length_mm >= SLAB_MM2
 
     @property
@@ -110,7 +116,7 @@ class Decomposition:
     @property
     def is_box(self) -> bool:
         """Tell whether others stand on a box that was drawn solid: its thickness says nothing."""
-        solid = [one.is_drawn_solid for one in self.members]
+        solid = [one.is_thicker_than_bars for one in self.members]
         return any(solid) and not all(solid)
 
     @property
@@ -121,10 +127,10 @@ class Decomposition:
         return not is_stock and any(one.thickness_mm < THINNEST_MM for one in self.members)
 
     def is_between(self, one: int, other: int) -> bool:
-        """Tell whether two faces are on different members, both slender."""
+        """Tell whether two faces are on different members, both slender, or boxes of plates."""
         own = [{k for k, faces in enumerate(self.explained) if face in faces} for face in (one, other)]
-        slender = [any(self.members[k].is_slender for k in members) for members in own]
-        return all(slender) and not own[0] & own[1]
+        plates = [any(self.members[k].is_slender or self.members[k].is_drawn_solid for k in held) for held in own]
+        return all(plates) and not own[0] & own[1]
 
     def is_inside(self, one: int, other: int) -> bool:
         """Tell whether one member explains two faces: a corner between them was rolled, bent or cut with it."""
