@@ -1,5 +1,6 @@
 """A fused body is taken apart into members: roots of rolled profiles are inside one, what stands on them is welded."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,9 @@ from cad.kernel.to_brep import to_brep
 from tests.few import few
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.judge.way_out import find_closed_in
 from wpcal.seam.member.member import Decomposition, Member, MemberKind
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.one_piece import why_one_piece
@@ -291,3 +294,14 @@ def test_no_seam_is_accepted_that_is_reached_from_inside_a_closed_tank_only() ->
     assert [round(seam.length_mm) for seam in accepted] == [1885, 1885]
     open_graph = to_brep([(name, shape.solid().wrapped) for name, shape in (("shell", shell), heads[0])])
     assert len([seam for seam in detect_seams(open_graph) if seam.accepted]) == 2
+
+
+def test_one_free_place_of_a_seam_is_a_way_out() -> None:
+    graph, trimmed = graph_of(Box(300, 300, 300) - Box(280, 280, 280))
+    plates = [("base", Box(200, 80, 10)), ("rib", Pos(0, 0, 30) * Box(200, 8, 50))]
+    seam = next(one for one in detect_seams(to_brep([(name, body.solid().wrapped) for name, body in plates])))
+    for first, is_closed in (((0.0, 0.0, 300.0), False), ((0.0, 0.0, -50.0), True)):  # outside of the box, and in it
+        p = np.linspace(first, (0.0, 0.0, 0.0), len(seam.frames))
+        p[1:] = 0.0
+        moved = replace(seam, frames=replace(seam.frames, p=p))
+        assert bool(find_closed_in(graph, trimmed, [moved], TorchShape())) == is_closed

@@ -1,7 +1,8 @@
 """A way out: from the mouth of the nozzle, a straight way as wide as the nozzle leads out of the part.
 
 A torch that is free over its own length may still be inside a closed tank. Rays are sent from the middle of each seam,
-first along the torch, then in more directions. A ray that meets nothing counts if rays around it meet nothing, either.
+first along the torch, then in more directions; if all are in vain, from other places of the seam. A ray that meets
+nothing counts if rays around it meet nothing, either.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 
+STATIONS = (0.5, 0.2, 0.8, 0.0)  #: Places along a seam, as shares of its frames: one of them may be under a bar.
 DIRECTIONS = (8, 40, 600)  #: Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them.
 AROUND = 6  #: Rays around a free one, at the radius of the nozzle.
 CHUNK = 30_000  #: Rays sent together.
@@ -28,9 +30,24 @@ def find_closed_in(
     graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], torch: TorchShape
 ) -> dict[int, frozenset[int]]:
     """Return the rows of seams from which no way leads out of the part, with the solids around them."""
-    frames = [seam.frames for seam in seams]
-    z = np.array([own.R[len(own) // 2, :, 2] for own in frames]).reshape(-1, 3)
-    start = np.array([own.p[len(own) // 2] for own in frames]).reshape(-1, 3) + torch.wire_mm * z
+    closed: dict[int, frozenset[int]] = dict.fromkeys(range(len(seams)), frozenset())
+    for share in STATIONS:
+        rows = list(closed)
+        at = [int(share * (len(seams[row].frames) - 1)) for row in rows]
+        p, z = (
+            np.array([own[k] for own, k in zip(values, at, strict=True)]).reshape(-1, 3)
+            for values in ([seams[row].frames.p for row in rows], [seams[row].frames.R[:, :, 2] for row in rows])
+        )
+        wire_mm = np.array([torch.wire_mm + seams[row].more_wire_mm for row in rows])
+        held = _without_way(graph, trimmed, p + wire_mm[:, None] * z, z, torch.nozzle_radius_mm)
+        closed = {rows[row]: solids for row, solids in held.items()}
+    return closed
+
+
+def _without_way(
+    graph: BrepGraph, trimmed: TrimmedFaces, start: FloatArray, z: FloatArray, radius_mm: float
+) -> dict[int, frozenset[int]]:
+    """Return the starts from which no way leads out, with the solids around them."""
     left = np.flatnonzero(_meet(graph, trimmed, start, z)[0])
     around: dict[int, frozenset[int]] = {}
     few, more, many = [_spread(count) for count in DIRECTIONS]
@@ -38,7 +55,7 @@ def find_closed_in(
         held, step = [], CHUNK // len(some)
         for first in range(0, len(left), step):
             rows = left[first : first + step]
-            held += _held(graph, trimmed, (rows, start[rows]), some, torch.nozzle_radius_mm, around)
+            held += _held(graph, trimmed, (rows, start[rows]), some, radius_mm, around)
         left = np.array(held, dtype=np.int64)
     return {row: around[row] for row in left.tolist()}
 
