@@ -78,12 +78,15 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
         around[point // RAILS].add(int(solid))
     start = np.cumsum([0, *(len(b) - 1 for b in bounds)]).tolist()
     inside = [[frozenset(solids) for solids in around[a:b]] for a, b in pairwise(start)]
-    changes = [
-        _Change(row, seam, s, bool(after), hits.select(own[row]).near(s))
-        for row, (seam, b, states) in enumerate(zip(seams, bounds, inside, strict=True))
-        for s, before, after in zip(b[1:-1].tolist(), states[:-1], states[1:], strict=True)
-        if bool(before) != bool(after)
-    ]
+    changes: list[_Change] = []
+    for row, (seam, b, states) in enumerate(zip(seams, bounds, inside, strict=True)):
+        begin = 0.0
+        for s, after_s, before, after in zip(b[1:-1].tolist(), b[2:].tolist(), states[:-1], states[1:], strict=True):
+            if bool(before) == bool(after):
+                continue
+            change = _Change(row, seam, s, bool(after), hits.select(own[row]).near(s), begin if after else after_s)
+            changes.append(change)
+            begin = s - (SLANT * start_mm(seam) if change.is_tip else 0.0)
     cuts = {(change.row, change.s_mm): s for change, s in zip(changes, _cuts(graph, trimmed, changes), strict=True)}
     return [_merged(row, b, states, cuts) for row, (b, states) in enumerate(zip(bounds, inside, strict=True))]
 
@@ -110,6 +113,7 @@ class _Change:
     s_mm: float
     enters: bool
     hits: _Crossings
+    limit_mm: float  #: The free stretch beside it ends there at the latest: places beyond say nothing.
 
     @property
     def is_tip(self) -> bool:
@@ -255,17 +259,21 @@ def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequen
     bad = np.array([change.s_mm for change in changes])
     end = np.array([0.0 if change.enters else change.seam.frames.s_mm[-1] for change in changes])
     good = bad + np.clip(end - bad, -SEARCH_MM, SEARCH_MM)
+    limit, way = np.array([change.limit_mm for change in changes]), np.sign(good - bad)
     share = np.arange(1, SEARCH_PLACES + 1) / SEARCH_PLACES
     while True:
-        rows = np.flatnonzero(np.abs(good - bad) > CUT_MM)
+        rows = np.flatnonzero((np.abs(good - bad) > CUT_MM) & ((bad - limit) * way < 0.0))
         if len(rows) == 0:
             return np.asarray(good, dtype=np.float64)
         places = bad[rows, None] + (good - bad)[rows, None] * share
         frames = [_wire(graph, changes[row].seam, s) for row, s in zip(rows.tolist(), places, strict=True)]
         p, z = (np.concatenate(column) for column in zip(*frames, strict=True))
         q = p + np.repeat(start[rows], SEARCH_PLACES)[:, None] * z
-        is_met = is_blocked(graph, trimmed, q, z, length_mm=np.repeat(length[rows], SEARCH_PLACES))
-        free = ~is_met.reshape(places.shape)
+        is_asked = np.ones(places.shape, dtype=bool)
+        is_asked[:, 1:] = (places[:, :-1] - limit[rows, None]) * way[rows, None] < 0.0
+        asked, free = np.flatnonzero(is_asked), np.ones(places.shape, dtype=bool)
+        far_mm = np.repeat(length[rows], SEARCH_PLACES)[asked]
+        free[is_asked] = ~is_blocked(graph, trimmed, q[asked], z[asked], length_mm=far_mm)
         first = np.where(free.any(axis=1), free.argmax(axis=1), SEARCH_PLACES - 1)
         own = np.arange(len(rows))
         bad[rows] = np.where(first > 0, places[own, np.maximum(first - 1, 0)], bad[rows])
