@@ -25,6 +25,7 @@ from wpcal.brep.extent import require_finite
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.brep.surfaces import surface_normals
 from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import KernelError
 
 Row = tuple[int, list[list[float]], tuple[float, float]]
 """Kind, frame (origin, x, y, z) and parameters of one surface or curve."""
@@ -38,7 +39,8 @@ _ELEMENTARY = {
 }
 _LINE, _CIRCLE, _ELLIPSE = map(int, (Curve.GeomAbs_Line, Curve.GeomAbs_Circle, Curve.GeomAbs_Ellipse))
 
-MOST_SPANS_AND_DEGREE = 200, 9  #: Of the spline that stands for an offset curve.
+MOST_SPANS_AND_DEGREE = 200, 9  #: Of the spline that an offset curve is approximated with.
+MOST_OFF_MM = 0.01  #: It is no farther from the curve.
 
 
 @dataclass
@@ -221,9 +223,10 @@ def curve_row(edge: Any) -> tuple[Row, tuple[float, float], NurbsCurve | None]:
 
 def _nurbs_curve(adaptor: Any, span: tuple[float, float]) -> NurbsCurve:
     if adaptor.GetType() in (Curve.GeomAbs_OffsetCurve, Curve.GeomAbs_OtherCurve):
-        curve = GeomConvert_ApproxCurve(
-            adaptor, SAME_SHAPE_MM, GeomAbs_Shape.GeomAbs_C1, *MOST_SPANS_AND_DEGREE
-        ).Curve()
+        found = GeomConvert_ApproxCurve(adaptor, SAME_SHAPE_MM, GeomAbs_Shape.GeomAbs_C1, *MOST_SPANS_AND_DEGREE)
+        if not found.HasResult() or found.MaxError() > MOST_OFF_MM:
+            raise KernelError(f"an offset curve has no spline within {MOST_OFF_MM:g} mm")
+        curve = found.Curve()
     else:
         curve = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(GeomAdaptor.MakeCurve_s(adaptor), *span))
     if curve.IsPeriodic():

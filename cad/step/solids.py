@@ -14,6 +14,7 @@ from cad.kernel.call import KernelObject
 from cad.kernel.geometry import has_triangles_only
 from cad.kernel.topology import EDGE, FACE, SHELL, SOLID, ancestors, compound, loose_shapes, shell_of, sub_shapes
 from wpcal.core.issue import Issue
+from wpcal.core.wording import counted
 
 SEWING_TOLERANCES_MM = (0.01, 0.03, 0.1)
 """Tried in this order until no edge is open. Above 0.1 mm, sewing moves edges by more than a robot's teaching error."""
@@ -60,7 +61,7 @@ def _bodies(name: str, shape: KernelObject, issues: list[Issue]) -> list[KernelO
         return _sewn(name, shape, issues)
     loose = len(loose_shapes(shape, FACE, SOLID))
     if loose:
-        message = f"{name or 'a part'}: {loose} faces belong to no solid and are left out"
+        message = f"{name or 'a part'}: {counted(loose, 'face')} outside of any solid: left out"
         issues.append(Issue("loose-faces", message, _ids(name)))
     _check(name, solids, issues)
     return solids

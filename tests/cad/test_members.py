@@ -104,11 +104,11 @@ def test_a_thick_plate_and_a_lug_are_welded_to_slender_members() -> None:
     ribs = [Pos(0, y, 40) * Box(290, 8, 60) for y in (-90, 90)]
     lug = Pos(0, 0, 55) * Box(100, 35, 90) - Pos(0, 0, 65) * Cylinder(15, 80, rotation=(90, 0, 0))
     around = {}
-    thick, block = (Pos(0, 0, 55) * Box(100, y, 90) for y in (20, 80))
-    for name, body in (("lug", lug), ("thick", thick), ("block", block)):
+    fin, thick, block = (Pos(0, 0, 55) * Box(100, y, 90) for y in (2, 20, 80))
+    for name, body in (("lug", lug), ("fin", fin), ("thick", thick), ("block", block)):
         seams = fused_seams(Pos(0, 0, 5) * Box(300, 200, 10) + dome + ribs + body)
         around[name] = sum(seam.length_mm for seam in seams if seam.accepted and abs(seam.frames.p[0, 1]) < 80)
-    assert around == {"lug": pytest.approx(2 * 135.0), "thick": pytest.approx(2 * 120.0), "block": 0}
+    assert around == {"lug": pytest.approx(2 * 135.0), "fin": 0, "thick": pytest.approx(2 * 120.0), "block": 0}
 
 
 def test_a_plate_that_lies_on_another_one_is_a_member() -> None:

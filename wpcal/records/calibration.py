@@ -133,7 +133,7 @@ class CalibrationCovariance(Record):
         "Rows and columns of values: rotation, then translation."
     )
     about: str = D("The point about which the rotation is taken.")
-    degrees_of_freedom: NotNegative | None = D("Of the scale of the covariance; null if the teaching error is stated.")
+    degrees_of_freedom: NotNegative | None = D("Behind the covariance's scale; null if the teaching error is stated.")
     values: Covariance = D("Row by row: rad², rad·mm and mm².")
 
 

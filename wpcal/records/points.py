@@ -28,7 +28,7 @@ class Point(Record):
     name: str
     p_base_mm: Vector = D("x, y, z in base, mm.")
     feature: Maybe[str] = D("Name of the feature that the point is; empty if it is not known.")
-    rx_ry_rz_deg: Maybe[Vector | None] = D("Posture of the tool in base, R = Rz Ry Rx; null if the program says none.")
+    rx_ry_rz_deg: Maybe[Vector | None] = D("Posture of the tool in base, R = Rz Ry Rx; null if it is not told.")
 
 
 class Taught(Record):

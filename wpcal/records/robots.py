@@ -192,7 +192,7 @@ class Parameter(Record):
     identified: float
     change: float
     half_width_95: NotNegative | None = D("Half width of the 95 % interval; null after ga-tabu.")
-    absorbs: list[str] = D("Unseen parameters whose error this one absorbs; its interval has their expected error.")
+    absorbs: list[str] = D("Unseen parameters whose error this one absorbs; its interval holds their error.")
 
 
 class Unseen(Record):

@@ -70,7 +70,7 @@ class Values(Record):
     root_gap_mm: Maybe[Annotated[float, Meta(ge=0, le=100)] | None] = D("b of ISO 2553.")
     root_face_mm: Maybe[Annotated[float, Meta(ge=0, le=1000)] | None] = D("c of ISO 2553.")
     groove_angle_deg: Maybe[Annotated[float, Meta(ge=0, le=150)] | None] = D("Between both sides of the groove.")
-    process: Maybe[Annotated[str, Meta(pattern="^[0-9]{2,3}$")] | None] = D("Of ISO 4063: 135 is MAG with solid wire.")
+    process: Maybe[Annotated[str, Meta(pattern="^[0-9]{2,3}$")] | None] = D("Number of ISO 4063; 135: MAG, solid wire.")
     wire_mm: Maybe[Annotated[float, Meta(ge=0.4, le=6)] | None] = D("Diameter of the wire.")
     passes: Maybe[Annotated[int, Meta(ge=1, le=200)] | None] = D("Number of beads.")
     job: Maybe[Annotated[int, Meta(ge=0, le=9999)] | None] = D(

@@ -109,7 +109,7 @@ def _between(
 def _freed(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> tuple[WeldProgram, dict[str, str]]:
     """Return where the torch is still inside material if it comes or goes less far along the wire to be free.
 
-    Of each of the two distances halves are tried where it is not free.
+    Each of the two distances is halved where it is not free.
     """
     own, free, inside = {path.seam.name: path for path in program.paths}, dict[str, WeldPath](), dict[str, str]()
     while own:
@@ -161,7 +161,7 @@ Inside = dict[
 
 
 def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> Inside:
-    """Return where the torch is inside material on the seams on which it is."""
+    """Return the seams along which the torch is inside material, and where."""
     axis, ways, frames = program.torch.tool_axis, [], list[FloatArray]()
     for path in program.paths:
         p, R, frame, _ = path.stations()

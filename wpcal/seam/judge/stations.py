@@ -256,10 +256,10 @@ def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequen
         return np.zeros(0)
     start = np.array([start_mm(change.seam) for change in changes])
     length = np.maximum(USUAL_TORCH.wire_mm - start, 0.0)
-    bad = np.array([change.s_mm for change in changes])
+    bad, limit = np.array([(change.s_mm, change.limit_mm) for change in changes]).T
     end = np.array([0.0 if change.enters else change.seam.frames.s_mm[-1] for change in changes])
     good = bad + np.clip(end - bad, -SEARCH_MM, SEARCH_MM)
-    limit, way = np.array([change.limit_mm for change in changes]), np.sign(good - bad)
+    way = np.sign(good - bad)
     share = np.arange(1, SEARCH_PLACES + 1) / SEARCH_PLACES
     while True:
         rows = np.flatnonzero((np.abs(good - bad) > CUT_MM) & ((bad - limit) * way < 0.0))

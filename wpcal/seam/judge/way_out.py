@@ -1,7 +1,7 @@
 """A way out: from the mouth of the nozzle, a straight way as wide as the nozzle leads out of the part.
 
 A torch that is free over its own length may still be inside a closed tank. Rays are sent from the middle of each seam,
-first along the torch, then in more directions; if all are in vain, from other places of the seam. A ray that meets
+first along the torch, then in more directions; if all are in vain, from its ends and quarters. A ray that meets
 nothing counts if rays around it meet nothing, either.
 """
 
@@ -19,7 +19,8 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 
-STATIONS = (0.5, 0.2, 0.8, 0.0)  #: Places along a seam, as shares of its frames: one of them may be under a bar.
+STATIONS = (0.5, 0.0, 0.25, 0.75, 1.0)
+"""Places along a seam, as shares of its frames, that are asked one after the other: a bar may be over its middle."""
 DIRECTIONS = (8, 40, 600)  #: Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them.
 AROUND = 6  #: Rays around a free one, at the radius of the nozzle.
 CHUNK = 30_000  #: Rays sent together.
@@ -33,7 +34,7 @@ def find_closed_in(
     closed: dict[int, frozenset[int]] = dict.fromkeys(range(len(seams)), frozenset())
     for share in STATIONS:
         rows = list(closed)
-        at = [int(share * (len(seams[row].frames) - 1)) for row in rows]
+        at = [round(share * (len(seams[row].frames) - 1)) for row in rows]
         p, z = (
             np.array([own[k] for own, k in zip(values, at, strict=True)]).reshape(-1, 3)
             for values in ([seams[row].frames.p for row in rows], [seams[row].frames.R[:, :, 2] for row in rows])

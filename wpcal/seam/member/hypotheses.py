@@ -37,6 +37,7 @@ SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is 
 BEVEL_COS, BEVELLED = -0.985, 0.25
 """The sides of a bevelled plate are within 10 degrees of opposite, and its thickness changes by so much."""
 LUG = 0.5  #: A lug is thinner than this share of its width.
+LEAST_OF_SIDE = 0.05  #: Behind so much of the side of a lug there is its thickness.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
 
@@ -71,14 +72,19 @@ def _beside(graph: BrepGraph, faces: frozenset[int] | set[int], edges: IntArray 
 
 
 def lugs_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[frozenset[int]]:
-    """Return the sides and rims of each thick plate: not slender, but cut from plate where others are."""
+    """Return the sides and rims of each thick plate: not slender, but cut from plate where others are.
+
+    A face of which less than `LEAST_OF_SIDE` has the thickness behind it is no side: a pad stands behind it there.
+    """
     surface = sampled_surface(graph, trimmed, solid)
     found = []
-    for one, _ in _plates(graph, trimmed, solid, surface, flattest=LUG):
-        sides = np.array(sorted(one.faces))
+    for one, cover in _plates(graph, trimmed, solid, surface, flattest=LUG):
+        faces = one.faces.intersection(np.flatnonzero(_share_of_faces(surface, cover) >= LEAST_OF_SIDE).tolist())
+        sides = np.array(sorted(faces), dtype=np.int64)
         cos = graph.face_outward[sides] * (graph.face_frame[sides, 3] @ one.axis)  # of a wedge, one side is there
-        if not one.is_slender and one.thickness_mm < THICKEST_BAR_MM and cos.min() < 0.0 < cos.max():
-            found.append(one.faces | one.rims)
+        is_thick = SLENDER_PLATE * one.length_mm < one.thickness_mm < THICKEST_BAR_MM
+        if is_thick and (cos < 0.0).any() and (cos > 0.0).any():
+            found.append(faces | one.rims)
     return found
 
 
@@ -139,8 +145,13 @@ def _plates(
 
 def _mostly(surface: Surface, own: BoolArray) -> IntArray:
     """Return the faces of which some points, shape (n,), are at least `SOLID_SHARE` of all points, shape (m,)."""
+    return np.flatnonzero(_share_of_faces(surface, own) >= SOLID_SHARE)
+
+
+def _share_of_faces(surface: Surface, own: BoolArray) -> FloatArray:
+    """Return which share of the points on each face some are, shape (F,); 0 if it has none."""
     hit, count = (np.bincount(surface.face[rows], minlength=surface.face.max() + 1) for rows in (own, ...))
-    return np.flatnonzero((hit > 0) & (hit >= SOLID_SHARE * count))
+    return np.asarray(hit / np.maximum(count, 1))
 
 
 def _tube_of_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolArray]]:

@@ -62,7 +62,7 @@ class Member:
 
     @property
     def is_thicker_than_bars(self) -> bool:
-        """Tell whether it is no board, either: boards and walls are not so thick."""
+        """Tell whether it is too thick for a board or a wall, too."""
         return self.is_drawn_solid and self.thickness_mm >= THICKEST_BAR_MM
 
     @property
@@ -115,7 +115,7 @@ class Decomposition:
 
     @property
     def is_box(self) -> bool:
-        """Tell whether others stand on a box that was drawn solid: its thickness says nothing."""
+        """Tell whether others stand on a box drawn solid that is thicker than bars: its thickness says nothing."""
         solid = [one.is_thicker_than_bars for one in self.members]
         return any(solid) and not all(solid)
 
