@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_500,
+    "lines of wpcal and cad": 122_499,
     "lines of tests": 63_977,
     "rooms": 19,
     "arrows between rooms": 87,

@@ -15,10 +15,9 @@ from wpcal.calibrate.trust.criteria import CriteriaComparison, Criterion, FitPro
 from wpcal.calibrate.trust.touch_evidence import HeldMotion, StartsEvidence, TouchEvidence
 from wpcal.calibrate.trust.verdict import Verdict, VerdictKind, VerdictReason
 from wpcal.calibrate.trust.without import Distrusted, compare_without
-from wpcal.optim.annealing import AnnealingSchedule
+from wpcal.optim.annealing import AnnealingSchedule as AnnealingSchedule  # documented in wpcal.optim
 
 __all__ = [
-    "AnnealingSchedule",
     "CalibrationResult",
     "CriteriaComparison",
     "Criterion",
