@@ -45,8 +45,8 @@ class ArmAsked:
     )
     tool: str | None = opt(None, TOOL_HELP, metavar=TOOL_METAVAR)
 
-    def to_cell(self, torch: TorchShape, *, is_placed: bool) -> Cell | None:
-        """Read the cell, or make that of an arm alone."""
+    def to_cell(self, torch: TorchShape, *, is_placed: bool, standoff_mm: float) -> Cell | None:
+        """Read the cell, or make that of an arm alone: the tool of a cell is the tip of the wire."""
         from wpcal.core.errors import InputError
 
         if self.cell is not None:
@@ -67,7 +67,8 @@ class ArmAsked:
         from wpcal.planning.cell.new_cell import bare_cell
         from wpcal.robot.identify.poses_file import parse_tool
 
-        return bare_cell(self.arm, parse_tool(self.tool)[0], torch)
+        tool = parse_tool(self.tool)[0]
+        return bare_cell(self.arm, replace(tool, t_mm=tool.t_mm + standoff_mm * tool.R[:, 2]), torch)
 
 
 @command()
@@ -144,7 +145,7 @@ def touches(
             raise InputError("--after says where the part stands: leave --nominal away")
         place, options = _after_first(*after, options)
     T_base_part = None if place is None else place.relabelled(target="base", source="part")
-    cell = moving.to_cell(options.torch, is_placed=place is not None)
+    cell = moving.to_cell(options.torch, is_placed=place is not None, standoff_mm=options.standoff_mm)
     names, bodies = split_names(only or ""), weldment.to_options()
     asked = TouchesWanted(options, finding, choice.to_choice(), names, T_base_part, cell, bodies)
     drawn: DrawnTouches = run_on_part(
@@ -172,18 +173,20 @@ def touches(
 
 
 def _after_first(file: Path, results: Path, options: TouchOptions) -> tuple[RigidTransform, TouchOptions]:
-    """Return where a first stage found the part, and options with what it left unknown."""
+    """Return where a first stage found the part, and options with its tool and what it left unknown."""
+    from wpcal.cli.outputs import require_as_planned
     from wpcal.controllers.touch_results import read_touch_results
     from wpcal.touch.plan.stages import found_place
     from wpcal.touch.searches import read_touch_plan
     from wpcal.touch.touch_results import pair_results
 
     plan = read_touch_plan(file)
+    require_as_planned({"standoff_mm": plan.standoff_mm})
     taught = None
     if str(results) != NO_RESULTS:
         taught = pair_results(plan, read_touch_results(results, plan, options.setup), options.setup).taught
     T, left = found_place(plan, taught)
-    return T, replace(options, nominal=replace(options.nominal, left=left))
+    return T, replace(options, nominal=replace(options.nominal, left=left), standoff_mm=plan.standoff_mm)
 
 
 def _show(plan: TouchPlan, output: Path) -> None:

@@ -1,10 +1,12 @@
 """An ordinary lap joint at the default uncertainty: its ends are touched after its faces."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from cad.kernel.call import kernel_call
 from cad.kernel.primitives import box
@@ -33,6 +35,23 @@ def lap(tmp_path_factory):
         plates = [("lower", box(300, 150, 6, (0, 0, 0)), STEEL), ("upper", box(300, 150, 6, (0, 110, 6)), DARK)]
     write_file(path, new_step_text(plates, "lap"), overwrite=True)
     return path
+
+
+def test_the_second_stage_has_the_tool_of_the_first(lap, tmp_path):
+    first, second = tmp_path / "first", tmp_path / "second"
+    commanded("touches", lap, "--nominal", PLACE, "--standoff-mm", "15", "-o", first)
+    commanded("touches", lap, "--after", first, "-", "-o", second)
+    commanded("export", second, "-f", "rapid")
+    text = (second / "rapid" / "WPCAL_touch.mod").read_text()
+    stated = re.search(r"wptT1_S:=\[\[(.*?)\],\[(.*?)\]", text)
+    p, (w, *xyz) = (np.array(each.split(","), dtype=float) for each in stated.groups())
+    tip = p + 15.0 * Rotation.from_quat([*xyz, w]).as_matrix()[:, 2]
+    np.testing.assert_allclose(tip, read_touch_plan(second).search("T1").start, rtol=0, atol=1e-3)
+    other = run_here("touches", lap, "--after", first, "-", "--standoff-mm", "10", "-o", tmp_path / "other")
+    assert (other.returncode, "--standoff-mm 10 (the command line): the plan of touches has 15" in other.stderr) == (
+        2,
+        True,
+    )
 
 
 def commanded(*words):

@@ -83,14 +83,16 @@ def export_touches(
     as_json: bool,
 ) -> int:
     """Write the touch programs of a plan. The exit code. `setup_file`: The touch setup; None for its defaults."""
-    from wpcal.cli.outputs import refuse_options, write_programs
+    from wpcal.cli.outputs import refuse_options, require_as_planned, write_programs
     from wpcal.controllers.judge.written import write_judged
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.core.records import check_writable
     from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 
-    refuse_options(TAKEN, _why_not)
     plan = read_touch_plan(file)
+    tool: dict[str, float | str] = {"standoff_mm": plan.standoff_mm, "tool_axis": "z"}
+    refuse_options(TAKEN, _why_not, tool)
+    require_as_planned(tool)
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
     program = TouchProgram(plan, setup, flags.controller, _arm(plan, flags.arm.robot))
     controllers = [_with_touches(each) for each in exporters]

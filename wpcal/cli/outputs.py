@@ -39,22 +39,47 @@ def say_note(note: str | None) -> None:
         click.get_current_context().call_on_close(say)
 
 
-def refuse_options(taken: Collection[str], why: Callable[[str], str]) -> None:
+def refuse_options(taken: Collection[str], why: Callable[[str], str], compared: Collection[str] = ()) -> None:
     """Refuse options of the command that what it was given does not take.
 
     `taken`: Names of the parameters that it takes.
     `why`: From the name of another one to what follows it in the message.
-    Raises `InputError` with the first of them.
+    `compared`: Names of others that may be said by the shop, as `require_as_planned` compares them.
+    Raises `InputError` with the first of them that was typed; those that the shop says are named as not used.
     """
     from click.core import ParameterSource
 
     from wpcal.core.errors import InputError
 
-    context = click.get_current_context()
+    context, unused = click.get_current_context(), list[str]()
     for each in context.command.params:
         name = each.name or ""
-        if name not in taken and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+        source = None if name in taken else context.get_parameter_source(name)
+        if source is ParameterSource.COMMANDLINE:
             raise InputError(f"{each.opts[0]} {why(name)}")
+        unused += [each.opts[0]] if source is ParameterSource.DEFAULT_MAP and name not in compared else []
+    if unused:
+        click.echo(f"wpcal: of what the shop says is not used here: {', '.join(unused)}", err=True)
+
+
+def require_as_planned(planned: Mapping[str, float | str]) -> None:
+    """Refuse options, typed or said by the shop, that are other than in a plan of touches: it has them already.
+
+    Raises `InputError` with the first of them.
+    """
+    from click.core import ParameterSource
+
+    from wpcal.cli.command_group import origins_of
+    from wpcal.core.errors import InputError
+
+    context = click.get_current_context()
+    for name, value in planned.items():
+        given = context.params[name]
+        if context.get_parameter_source(name) is not ParameterSource.DEFAULT and given != value:
+            flag = f"--{name.replace('_', '-')}"
+            where = origins_of(context).get(flag, "the command line")
+            words, has = (f"{each:g}" if isinstance(each, float) else str(each) for each in (given, value))
+            raise InputError(f"{flag} {words} ({where}): the plan of touches has {has}: plan it again, or say the same")
 
 
 def typed_options(context: click.Context, *, without: Container[str]) -> list[str]:

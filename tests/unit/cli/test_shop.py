@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -167,3 +168,18 @@ def test_alone_in_a_folder_the_next_command_is_said(tmp_path: Path, monkeypatch:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "calibration.json").write_bytes((tee / "golden" / "calibration.json").read_bytes())
     assert "next: wpcal export out" in run_here().stdout
+
+
+@pytest.mark.parametrize(
+    ("shop", "code", "said"),
+    [
+        ("standoff_mm = 15", 2, "--standoff-mm 15 (wpcal.toml): the plan of touches has 0"),
+        ("tool_axis = 'x'", 2, "--tool-axis x (wpcal.toml): the plan of touches has z"),
+        ("standoff_mm = 0\napproach_mm = 20", 0, "of what the shop says is not used here: --approach-mm\n"),
+    ],
+)
+def test_a_plan_of_touches_has_its_tool_and_a_shop_no_other(tmp_path: Path, shop: str, code: int, said: str) -> None:
+    (tmp_path / "wpcal.toml").write_text(shop)
+    plan = shutil.copytree(ROOT / "fixtures" / "tee" / "touches_plan", tmp_path / "plan")
+    done = run_here("export", plan, "-f", "rapid")
+    assert (done.returncode, said in done.stderr) == (code, True), done.stderr

@@ -44,7 +44,7 @@ TRIED = 6  #: Of the ways to hold the tool so many are compared with the bodies,
 class ArmReach:
     """One arm in its cell with the part."""
 
-    cell: Cell  #: With the part where it stands.
+    cell: Cell  #: With the part where it stands; its tool is the tip of the wire.
     clearance: CellClearance  #: With the part.
     around: CellClearance  #: Without the part, which the wire meets on its way.
     T_base_part: RigidTransform
@@ -246,7 +246,7 @@ class ArmReach:
         return np.asarray(_states(self.cell, joints[None])[0], dtype=np.float64)
 
     def _places(self, q: FloatArray) -> FloatArray:
-        """Return places of the tool centre point in `part`, shape (k, 3)."""
+        """Return places of the tip of the wire in `part`, shape (k, 3)."""
         if len(q) == 0:
             return np.empty((0, 3))
         return self._tools(q)[:, :3, 3]

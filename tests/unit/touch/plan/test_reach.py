@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from cad.cli.touches import ArmAsked
 from tests.one_robot_cells import TEE, fixed_cell
 from tests.touch_parts import touch_part
 from wpcal.brep.material import TriangleMaterial
@@ -17,6 +18,7 @@ from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.new_cell import bare_cell
+from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.touch.plan import TouchOptions, plan_touches
 from wpcal.touch.plan.reach import MOST_TURN_RAD, ArmReach
@@ -82,3 +84,18 @@ def test_an_arm_alone_has_no_floor() -> None:
     cell = bare_cell("mh6", tool, USUAL_TORCH)
     assert cell.floor_z_mm < -1e4
     assert cell.torch
+
+
+def test_the_tool_of_an_arm_is_the_tool_centre_point_and_its_tip_makes_the_searches() -> None:
+    place = RigidTransform(np.eye(3), [700.0, -100.0, 150.0], "base", "part")
+    cell = ArmAsked(arm="mh6", tool="0,0,350,0,30,0").to_cell(USUAL_TORCH, is_placed=True, standoff_mm=15.0)
+    assert cell is not None
+    options = TouchOptions(standoff_mm=15.0)
+    reach = ArmReach.of(cell, place, None)
+    plan = plan_touches(touch_part("tee"), options=options, T_base_part=place, reach=reach)
+    T_tool = parse_tool("0,0,350,0,30,0")[0].matrix
+    for search in plan.searches:
+        assert search.joints is not None
+        T = cell.arm.forward(search.joints) @ T_tool
+        tips = place.apply(np.stack([search.approach, search.start, search.end]))
+        np.testing.assert_allclose(T[:, :3, 3] + 15.0 * T[:, :3, 2], tips, rtol=0, atol=PLACE_MM)
