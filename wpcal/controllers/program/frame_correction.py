@@ -13,9 +13,10 @@ from wpcal.controllers.program.weld_program import SafePoint, WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.torch.attitude import ToolAxis
+from wpcal.robot.torch.attitude import ToolAxis, TorchSettings
 from wpcal.seam.judge.reach import sweep_torch
 from wpcal.touch.plan.choose import TouchDesign
+from wpcal.touch.plan.displaced import STEP_MM, STEP_RAD, poses_between
 from wpcal.touch.searches import SearchKind, TouchPlan, TouchSetup
 
 RESIDUAL_SIGMAS = 4.0  #: One run of 2000 with 8 searches exceeds it by chance.
@@ -44,7 +45,11 @@ def in_stages(first: TouchPlan, second: TouchPlan, up_base: FloatArray) -> Touch
         raise InputError(
             "the two plans of touches are for other parts or places: plan the second with --after FIRST - (no results)"
         )
-    _require_one_tool(first, second.standoff_mm)
+    if abs(first.standoff_mm - second.standoff_mm) > SAME_PLACE:
+        raise InputError(
+            f"the two plans of touches are for two tools: standoff_mm is {first.standoff_mm:g} in the first, "
+            f"{second.standoff_mm:g} in the second: plan the second again with --after FIRST -"
+        )
     if (first.home_joints is None) != (second.home_joints is None):
         raise InputError("one of the two plans of touches was made with an arm: plan both with it, or none")
     named = (replace(search, name=f"{FIRST}{number}") for number, search in enumerate(first.searches, 1))
@@ -58,13 +63,17 @@ def in_stages(first: TouchPlan, second: TouchPlan, up_base: FloatArray) -> Touch
     return replace(second, searches=(*named, begin, *others))
 
 
-def _require_one_tool(plan: TouchPlan, standoff_mm: float) -> None:
-    """Refuse another tool centre point: a controller has one, and with the other one the wire drives into the part."""
-    if abs(plan.standoff_mm - standoff_mm) > SAME_PLACE:
+def _require_one_tool(plan: TouchPlan, torch: TorchSettings) -> None:
+    """Refuse another tool than that of the plan: a controller has one, and the wire would drive into the part."""
+    if abs(plan.standoff_mm - torch.standoff_mm) > SAME_PLACE:
         raise InputError(
             f"the searches are planned for a tool centre point {plan.standoff_mm:g} mm back from the tip of the wire "
-            f"(standoff_mm in touches.json), here it is {standoff_mm:g} mm back: give wpcal touches and wpcal export "
-            "the same --standoff-mm"
+            f"(standoff_mm in touches.json), here it is {torch.standoff_mm:g} mm back: give wpcal touches and "
+            "wpcal export the same --standoff-mm"
+        )
+    if torch.tool_axis is not ToolAxis.Z:
+        raise InputError(
+            "touch and weld in one run needs --tool-axis z: in touch programs the wire leaves along z of the tool"
         )
 
 
@@ -79,11 +88,7 @@ def welds_after(
     Raises `InputError` when the searches of the plan are not the touches of one part on its planes and cylinders, leave
     a motion free, or are planned for another part, place or tool than the weld program; or this has no safe point.
     """
-    _require_one_tool(plan, program.torch.standoff_mm)
-    if program.torch.tool_axis is not ToolAxis.Z:
-        raise InputError(
-            "--tool-axis: in touch programs the wire leaves along z of the tool, so it does in their welds"
-        )
+    _require_one_tool(plan, program.torch)
     T, part = plan.T_base_part, (program.calibration.get("inputs") or {}).get("part", {}).get("file", plan.part)
     if plan.part and part != plan.part:
         raise InputError(f"the plan of touches is for {plan.part}, the seams are those of {part}")
@@ -104,7 +109,7 @@ def welds_after(
     if stage and plan.home_joints is None:
         last, begin = plan.searches[stage - 1 : stage + 1]
         between = np.array([last.retract, *begin.via, begin.approach])
-        R = np.stack([last.R_part_tool, *[begin.R_part_tool] * (len(between) - 1)])
+        R = np.stack([last.R_part_tool, *plan.axes(stage)[: len(between) - 1]])
         _require_free(program, T, T.apply(between), T.R @ R)
     if plan.home_joints is None:
         p, R = program.safe_point.poses_in(program.T_base_part)
@@ -120,14 +125,15 @@ def welds_after(
 
 
 def _require_free(program: WeldProgram, T_base_part: RigidTransform, p: FloatArray, R: FloatArray) -> None:
-    """Refuse a way on which the torch meets the part in the place of the plan.
+    """Refuse a way on which the torch meets the part in the place of the plan; its tool centre point goes straight.
 
     `p`, `R`: shapes (n, 3) and (n, 3, 3). Tips of the wire, and axes of the tool, in `base`.
     """
     if program.part_glb is None:
         return
     part = TriangleMaterial.of(read_part_glb(program.part_glb), T_base_part)
-    if len(found := sweep_torch(part, [(p, R)], program.shape, axis=program.torch.tool_axis)[1]):
+    way = poses_between(p, R, STEP_MM, STEP_RAD, program.torch.standoff_mm)
+    if len(found := sweep_torch(part, [way], program.shape, axis=program.torch.tool_axis)[1]):
         raise InputError(
             f"on the way up from the last search and to the seams the {found.part[0].value} of the torch meets "
             f"{found.solid[0]!r}: give --up, or plan the touches with an arm, which goes home"

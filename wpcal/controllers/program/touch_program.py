@@ -89,7 +89,7 @@ class TouchProgram:
         the robot.
         """
         T_frame_part = T_base_frame.inverse() @ self.plan.T_base_part
-        return tuple(_steps(self.plan, search, T_frame_part, self.arm) for search in self.plan.searches)
+        return tuple(_steps(self.plan, number, T_frame_part, self.arm) for number in range(len(self.plan.searches)))
 
 
 def _refuse_unsafe(search: Search) -> None:
@@ -108,11 +108,11 @@ def _refuse_unsafe(search: Search) -> None:
         )
 
 
-def _steps(plan: TouchPlan, search: Search, T_frame_part: RigidTransform, arm: Arm | None) -> TouchSteps:
+def _steps(plan: TouchPlan, number: int, T_frame_part: RigidTransform, arm: Arm | None) -> TouchSteps:
+    search, R = plan.searches[number], plan.axes(number)
     ends = [search.approach, search.start, search.end, search.retract]
-    p = np.concatenate([search.via.reshape(-1, 3), ends]) - plan.ahead(search)
-    R = np.broadcast_to(T_frame_part.R @ search.R_part_tool, (len(p), 3, 3))
-    return TouchSteps(search, p @ T_frame_part.R.T + T_frame_part.t_mm, R, _postures(search, arm))
+    p = np.concatenate([search.via.reshape(-1, 3), ends]) - plan.standoff_mm * R[:, :, 2]
+    return TouchSteps(search, T_frame_part.apply(p), T_frame_part.R @ R, _postures(search, arm))
 
 
 def _postures(search: Search, arm: Arm | None) -> Posture | None:

@@ -130,6 +130,13 @@ class TorchShape:
         count = math.ceil((most - self.wire_mm) / WIRE_STEP_MM - 1e-9)
         return (self.wire_mm, *(min(self.wire_mm + step * WIRE_STEP_MM, most) for step in range(1, count + 1)))
 
+    def require_on_it(self, standoff_mm: float) -> None:
+        """Refuse a tool centre point that is not on the torch. Raises `InputError`."""
+        if not 0.0 <= standoff_mm <= self.length_mm:
+            raise InputError(
+                f"the standoff: expected 0 to {self.length_mm:g} mm, where the torch ends, got {standoff_mm:g} mm"
+            )
+
     def with_more_wire(self, more_mm: float) -> TorchShape:
         """Return the same torch with a longer wire; its end stays where it is behind the mouth."""
         wire_mm, length_mm = self.wire_mm + more_mm, self.length_mm + more_mm

@@ -48,6 +48,7 @@ class DisplacedPart:
 
     bodies: tuple[DisplacedBody, ...]  #: One of a part that moves as one.
     centre: FloatArray  #: shape (3,). About which it is turned, in `part`, mm.
+    standoff_mm: float = 0.0  #: Of the tool beside it: see `poses_between`.
 
     @classmethod
     def of(cls, material: Material, centre: FloatArray, nominal: NominalError) -> DisplacedPart:
@@ -79,10 +80,10 @@ class DisplacedPart:
     ) -> bool:
         """Tell whether a torch passes it on straight ways, wherever it stands.
 
-        `p`: shape (m, 3). Points of the way of the tool centre point, in `part`, mm.
+        `p`: shape (m, 3). Points of the way of the tip of the wire, in `part`, mm.
         `R`: shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
-        tips, axes = poses_between(p, R, STEP_MM, STEP_RAD)
+        tips, axes = poses_between(p, R, STEP_MM, STEP_RAD, self.standoff_mm)
         felt_mm = wire_mm - WITHIN_MM if along_wire else wire_mm + STEP_MM
         return bool(self._is_free(torch, felt_mm, tips, axes).all())
 
@@ -128,15 +129,18 @@ def _of_solids(material: Material, solids: IntArray, graph: BrepGraph) -> Materi
     return material.of_solids(solids)
 
 
-def poses_between(p: FloatArray, R: FloatArray, step_mm: float, step_rad: float) -> tuple[FloatArray, FloatArray]:
-    """Return poses on straight ways between m poses, at most one step apart.
+def poses_between(
+    tips: FloatArray, R: FloatArray, step_mm: float, step_rad: float, standoff_mm: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return poses on ways between m poses, at most one step of the tool centre point apart: it goes straight.
 
-    Returns `p`: shape (n, 3).
+    Returns `tips`: shape (n, 3). Places of the tip of the wire, `standoff_mm` ahead of the tool centre point.
     Returns `R`: shape (n, 3, 3). The tool turns evenly between two poses.
 
-    `p`: shape (m, 3).
+    `tips`: shape (m, 3).
     `R`: shape (m, 3, 3).
     """
+    p = tips - standoff_mm * R[:, :, 2]
     places, turns = [p[:1]], [R[:1]]
     for a, b, Ra, Rb in zip(p[:-1], p[1:], R[:-1], R[1:], strict=True):
         turn = log_rotation(Ra.T @ Rb)
@@ -144,4 +148,5 @@ def poses_between(p: FloatArray, R: FloatArray, step_mm: float, step_rad: float)
         share = np.arange(1, count + 1) / count
         places.append(a + share[:, None] * (b - a))
         turns.append(np.stack([Ra @ exp_rotation(s * turn) for s in share]))
-    return np.concatenate(places), np.concatenate(turns)
+    axes = np.concatenate(turns)
+    return np.concatenate(places) + standoff_mm * axes[:, :, 2], axes

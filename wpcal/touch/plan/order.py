@@ -43,10 +43,10 @@ class Air:
     def is_free(self, p: FloatArray, R: FloatArray) -> bool:
         """Tell whether the torch is free on straight ways.
 
-        `p`: shape (m, 3). Points, in `part`, mm.
+        `p`: shape (m, 3). Places of the tip of the wire, in `part`, mm.
         `R`: shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
-        tips, frames = poses_between(p, R, STEP_MM, STEP_RAD)
+        tips, frames = poses_between(p, R, STEP_MM, STEP_RAD, self.part.standoff_mm)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
         felt_mm = max(self.wire_mm, STEP_MM)
         return bool(torch_keeps_away(self.materials, self.torch, tips, frames, clear, wire_mm=felt_mm).all())

@@ -66,7 +66,7 @@ def plan_touches(
     materials = [part.material or ExactMaterial(part.graph, part.trimmed), *bodies]
     found = find_searches(part.graph, part.trimmed, materials, place, options, progress)
     notes: tuple[str, ...] = ()
-    displaced = _displaced(part, materials[0], place, options)
+    displaced = replace(_displaced(part, materials[0], place, options), standoff_mm=options.standoff_mm)
     strokes = found.strokes.select(displaced.lets_start(found.strokes, options.torch, options.wire_mm))
     if len(strokes) == 0:
         raise GeometryError(

@@ -80,8 +80,7 @@ class Search:
     radius_mm: float  #: Distance of the tip from the face at contact, along the outward normal.
     R_part_tool: FloatArray  #: shape (3, 3). Axes of the tool in `part` as columns; z leaves the wire tip.
     #: shape (k, 3). Points on the way from the search before (or from home) to `approach`, often none. The moves
-    #: between them are linear, and the tool has the orientation of this search from the first of them on: it turns on
-    #: the way to it.
+    #: between them are linear; where the tool turns: see `TouchPlan.axes`.
     via: FloatArray
     #: `approach`, `start`, `end`, `retract`: shape (3,). The robot goes to `approach` in the air, to `start` on a line,
     #: searches to `end` on a line, and leaves to `retract` by way of `start`. The stroke is from `start` to `end`.
@@ -199,6 +198,15 @@ class TouchPlan:
         names = ",".join(f"{search.name}/{search.kind}" for search in self.searches)
         text = f"{names} {' '.join(f'{v:.{FINGERPRINT_DIGITS}f}' for v in rounded)}"
         return hashlib.sha256(text.encode()).hexdigest()[:8]
+
+    def axes(self, number: int) -> FloatArray:
+        """Return the axes of the tool at `via`, approach, start, end and retract of a search in `part`, (k + 4, 3, 3).
+
+        It turns in the middle of the way, which is over the part; with an arm, on the way to the first of `via`.
+        """
+        search, before = self.searches[number], self.searches[max(number - 1, 0)]
+        turned = len(search.via) // 2 if search.joints is None else 0
+        return np.stack([before.R_part_tool] * turned + [search.R_part_tool] * (len(search.via) - turned + 4))
 
     def ahead(self, search: Search) -> FloatArray:
         """Return the way from the tool centre point of the controller to the tip of the wire in `part`, shape (3,), mm.

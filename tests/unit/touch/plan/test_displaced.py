@@ -1,13 +1,18 @@
 """A part that is not where it is planned: the torch still passes it in the air, and every touch of eight is tested."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from tests.few import few
 from tests.touch_parts import touch_part
+from tests.touch_plans import tee_plan
 from wpcal.brep.material import ExactMaterial
+from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import GeometryError
+from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation
 from wpcal.touch.plan import NominalError, TouchOptions, plan_touches
 from wpcal.touch.plan.displaced import DisplacedPart, poses_between
@@ -18,15 +23,21 @@ NOMINAL = NominalError(1.0, np.radians(0.6))
 
 
 def ways(plan: TouchPlan) -> tuple[FloatArray, FloatArray]:
-    """Poses between the searches, 1 mm apart; the torch turns in the middle of a way over the part."""
+    """Poses of the tip between the searches, 1 mm apart, as programs state the tool centre point."""
     p, R = [], []
-    for a, b in zip(plan.searches, plan.searches[1:], strict=False):
-        first = len(b.via) // 2
-        points = np.stack([a.retract, *b.via, b.approach])
-        axes = np.stack([a.R_part_tool] * (1 + first) + [b.R_part_tool] * (len(b.via) - first + 1))
-        places, turned = poses_between(points, axes, 1.0, np.radians(2.0))
-        p.append(places), R.append(turned)
+    steps = TouchProgram(plan).steps(plan.T_base_part)
+    for a, b in pairwise(steps):
+        points, axes = np.stack([a.p[-1], *b.p[:-3]]), np.stack([a.R[-1], *b.R[:-3]])
+        places, turned = poses_between(points, axes, 1.0, np.radians(2.0), 0.0)
+        p.append(places + plan.standoff_mm * turned[:, :, 2]), R.append(turned)
     return np.concatenate(p), np.concatenate(R)
+
+
+def test_the_tip_goes_on_an_arc_where_the_tool_turns() -> None:
+    tips = np.array([[0.0, 0.0, -100.0], [100.0, 0.0, 0.0]])  # about a tool centre point at the origin
+    R = np.array([np.diag([1.0, -1.0, -1.0]), [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]])
+    at, _ = poses_between(tips, R, 1.0, np.radians(2.0), 100.0)
+    np.testing.assert_allclose(np.linalg.norm(at, axis=1), 100.0)
 
 
 def test_a_way_beside_a_long_part_is_refused_if_the_part_may_turn() -> None:
@@ -41,9 +52,20 @@ def test_a_way_beside_a_long_part_is_refused_if_the_part_may_turn() -> None:
         assert displaced.lets_pass(torch, wire_mm, p, down) is passes
 
 
-def test_the_torch_passes_a_displaced_part() -> None:
+def test_the_tool_turns_over_the_part_and_not_on_the_rise() -> None:
+    plan = replace(tee_plan(), standoff_mm=15.0)
+    a, b = plan.searches[:2]
+    tips = np.array([a.retract, b.approach]) + np.array([0.0, 0.0, 50.0])
+    b = replace(b, R_part_tool=exp_rotation(np.array([0.0, 0.5, 0.0])) @ b.R_part_tool, via=tips)
+    steps = TouchProgram(replace(plan, searches=(a, b))).steps(plan.T_base_part)[1]
+    np.testing.assert_allclose(steps.R, [a.R_part_tool, *[b.R_part_tool] * 5], rtol=0, atol=1e-12)
+    np.testing.assert_allclose((steps.p + 15.0 * steps.R[:, :, 2])[:2], tips, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("standoff_mm", [0.0, 200.0])
+def test_the_torch_passes_a_displaced_part(standoff_mm: float) -> None:
     part = touch_part("saddle")
-    options = TouchOptions(nominal=NOMINAL)
+    options = TouchOptions(nominal=NOMINAL, standoff_mm=standoff_mm)
     plan = plan_touches(part, options=options)
     material = ExactMaterial(part.graph, part.trimmed)
     low, high = part.trimmed.face_box
@@ -74,3 +96,8 @@ def test_a_part_that_no_search_can_start_at_is_one_line(monkeypatch: pytest.Monk
     monkeypatch.setattr(DisplacedPart, "lets_start", lambda _, strokes, *__: np.zeros(len(strokes), dtype=bool))
     with pytest.raises(GeometryError, match=r"at the start of every search .* --uncertainty-mm"):
         plan_touches(touch_part("tee"), options=TouchOptions())
+
+
+def test_a_tool_centre_point_behind_the_torch_is_one_line() -> None:
+    with pytest.raises(InputError, match="the standoff: expected 0 to 300 mm, where the torch ends, got 400 mm"):
+        TouchOptions(standoff_mm=400.0)
