@@ -124,7 +124,7 @@ def _of_seams(program: WeldProgram) -> list[str]:
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
         f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
         f"within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
-        f"tool centre point {torch.standoff_mm:g} mm back from the seam, approach {program.motion.approach_mm:g} mm, "
+        f"tool centre point {torch.standoff_mm:g} mm back from the tip, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]
     if program.is_corrected:

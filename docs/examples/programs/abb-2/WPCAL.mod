@@ -9,7 +9,7 @@ MODULE WPCAL
   ! work angle 0 deg, travel 0 deg (+ push)
   ! turn about the wire: as few moves need it, within 180 deg of the travel
   !   direction
-  ! tool centre point 0 mm back from the seam, approach 50 mm, retract 50 mm
+  ! tool centre point 0 mm back from the tip, approach 50 mm, retract 50 mm
   ! lines and arcs: the wire is at most 0.000 mm and 0.00 deg off (allowed:
   !   0.05 mm, 0.5 deg)
   ! the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked

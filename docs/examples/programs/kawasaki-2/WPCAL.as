@@ -9,7 +9,7 @@
 ; work angle 0 deg, travel 0 deg (+ push)
 ; turn about the wire: as few moves need it, within 180 deg of the travel
 ;   direction
-; tool centre point 0 mm back from the seam, approach 50 mm, retract 50 mm
+; tool centre point 0 mm back from the tip, approach 50 mm, retract 50 mm
 ; lines and arcs: the wire is at most 0.000 mm and 0.00 deg off (allowed: 0.05
 ;   mm, 0.5 deg)
 ; DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes
