@@ -173,11 +173,11 @@ def test_an_audit_executes_searches_and_welds_beside_their_plan(jobs, tmp_path):
 
 
 def test_the_way_to_the_welds_is_swept_by_the_tip_and_not_the_tool_centre_point(jobs, tmp_path, monkeypatch):
-    ways, sweep = [], frame_correction.sweep_torch
+    both, ways, sweep = (jobs("tee"), jobs("tee", 15)), [], frame_correction.sweep_torch
     monkeypatch.setattr(
         frame_correction, "sweep_torch", lambda *given, **by: ways.extend(given[1]) or sweep(*given, **by)
     )
-    for job in (jobs("tee"), jobs("tee", 15)):
+    for job in both:
         words = ("--touches", job.programs.parent / "plan", "--standoff-mm", str(job.standoff_mm))
         run_here("export", FIXTURES / "tee" / "golden", "-f", "krl", *words, "-o", tmp_path / str(job.standoff_mm))
     (at, _), (tips, R) = ways
