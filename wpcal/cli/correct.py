@@ -83,6 +83,8 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
 
 
 def _doubts(arm: str, bias_mm: float) -> list[Issue]:
+    from wpcal.core.issue import Issue
+
     if not bias_mm:
         return []
     message = (
