@@ -34,11 +34,10 @@ def find_closed_in(
     closed: dict[int, frozenset[int]] = dict.fromkeys(range(len(seams)), frozenset())
     for share in STATIONS:
         rows = list(closed)
-        at = [round(share * (len(seams[row].frames) - 1)) for row in rows]
-        p, z = (
-            np.array([own[k] for own, k in zip(values, at, strict=True)]).reshape(-1, 3)
-            for values in ([seams[row].frames.p for row in rows], [seams[row].frames.R[:, :, 2] for row in rows])
-        )
+        frames = [seams[row].frames for row in rows]
+        at = [round(share * (len(own) - 1)) for own in frames]
+        p = np.array([own.p[k] for own, k in zip(frames, at, strict=True)]).reshape(-1, 3)
+        z = np.array([own.R[k, :, 2] for own, k in zip(frames, at, strict=True)]).reshape(-1, 3)
         wire_mm = np.array([torch.wire_mm + seams[row].more_wire_mm for row in rows])
         held = _without_way(graph, trimmed, p + wire_mm[:, None] * z, z, torch.nozzle_radius_mm)
         closed = {rows[row]: solids for row, solids in held.items()}
@@ -48,7 +47,7 @@ def find_closed_in(
 def _without_way(
     graph: BrepGraph, trimmed: TrimmedFaces, start: FloatArray, z: FloatArray, radius_mm: float
 ) -> dict[int, frozenset[int]]:
-    """Return the starts from which no way leads out, with the solids around them."""
+    """Return the rows of `start`, shape (n, 3), mm, from which no way leads out, with the solids around them."""
     left = np.flatnonzero(_meet(graph, trimmed, start, z)[0])
     around: dict[int, frozenset[int]] = {}
     few, more, many = [_spread(count) for count in DIRECTIONS]
