@@ -35,7 +35,7 @@ def test_a_program_without_its_retracts_is_found(tee: Planned) -> None:
     last = {row for row, step in enumerate(steps[:-1]) if step.kind != "J" and steps[row + 1].kind == "J"}
     assert tee.judge is not None
     found = tee.judge.contacts([step for row, step in enumerate(steps) if row not in last])
-    assert any(contact.body.startswith("wire") for contact in found)
+    assert {contact.body for contact in found} >= {"torch", "wire and floor"}  # a body alone meets the part
 
 
 @pytest.mark.deep
