@@ -32,8 +32,9 @@ def test_every_seam_of_the_structure_is_found_and_the_torch_swings_through_no_ra
         if seam.lean_rad is None or not np.ptp(seam.lean_rad, axis=0).any():
             continue  # where its lean does not change, other tests sweep it
         R = tool_rotations(seam.frames.R, TorchSettings(), seam.lean_rad)
-        back_mm = (APPROACH_MM, APPROACH_MM)
-        assert find_in_ways(material, [(seam, seam.frames.p, R)], USUAL_TORCH, back_mm=back_mm) == [()], seam.name
+        come, go = (np.stack([seam.frames.p[end] - APPROACH_MM * R[end, :, 2], seam.frames.p[end]]) for end in (0, -1))
+        ways = [(seam, seam.frames.p, R), (seam, come, R[[0, 0]]), (seam, go, R[[-1, -1]])]
+        assert not any(find_in_ways(material, ways, USUAL_TORCH)), seam.name
     count, length = seam_counts(BAYS)
     assert len(reached) >= count
     cuts = len(reached) - count

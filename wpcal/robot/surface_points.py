@@ -10,7 +10,9 @@ MOST_SAMPLES = 4_000_000  #: Points in one array: 100 MB.
 
 
 def surface_points(corners: FloatArray, spacing: float) -> list[FloatArray]:
-    """Return points on triangles; no place on a triangle is farther than `spacing` from one of them, shape (k, 3), mm.
+    """Return points on triangles: every place is between three that are at most `spacing` from it, shape (k, 3), mm.
+
+    So the hulls of slices of them hold the surface. Rows of points (`wpcal.seam.judge.room`) are fewer, and do not.
 
     `corners`: shape (m, 3, 3). Any frame, mm.
     `spacing`: mm.

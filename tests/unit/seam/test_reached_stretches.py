@@ -112,7 +112,9 @@ def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
         assert travel.any()  # it leans away from the bar, to one side only
         assert travel.min() >= 0 or travel.max() <= 0
         R = tool_rotations(seam.frames.R, TorchSettings(), seam.lean_rad)
-        assert find_in_ways(material, [(seam, seam.frames.p, R)], USUAL_TORCH, back_mm=(APPROACH_MM,) * 2) == [()]
+        come, go = (np.stack([seam.frames.p[end] - APPROACH_MM * R[end, :, 2], seam.frames.p[end]]) for end in (0, -1))
+        ways = [(seam, seam.frames.p, R), (seam, come, R[[0, 0]]), (seam, go, R[[-1, -1]])]
+        assert not any(find_in_ways(material, ways, USUAL_TORCH))
         assert any("no torch passes bar without leaving it" in reason for reason in seam.reasons)
     assert sum(seam.length_mm for seam in accepted) == pytest.approx(200.0, abs=1e-6)
 

@@ -38,12 +38,9 @@ def test_a_swept_torch_meets_what_it_meets_at_every_place(seed, torch):
         (rng.uniform(-600, 600, (4, 3)), rotation_from_zyx(*(rng.uniform(-3, 3, (3, 1)) + rng.uniform(-1, 1, (3, 4)))))
         for _ in range(6)
     ]
-    back_mm = (30.0, 120.0)
-    swept, found = sweep_torch(part, ways, torch, axis=axis, back_mm=back_mm)
-    more = np.zeros(len(swept.at))
-    more[np.searchsorted(swept.at, [[4 * way, 4 * way + 3] for way in range(6)])] = back_mm
+    swept, found = sweep_torch(part, ways, torch, axis=axis)
     bend = neck_directions(swept.R, axis) if torch.neck is not None else None
-    all_of_it = find_poses_in_material(part, swept.p, -wire_directions(swept.R, axis), torch, more_mm=more, bend=bend)
+    all_of_it = find_poses_in_material(part, swept.p, -wire_directions(swept.R, axis), torch, bend=bend)
     assert 0 < len(found) < len(swept.at)
     assert (found.row.tolist(), found.solid, found.part) == (all_of_it.row.tolist(), all_of_it.solid, all_of_it.part)
 

@@ -27,7 +27,10 @@ from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.segments import part_distances
 from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
 from wpcal.robot.torch.shape import TorchShape
+from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.reach import sweep_torch
+from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.seam import Seam
 
 MARGIN_MM = 3.0
 """Least distance of the nozzle from the part on the way: above the errors of a calibration and of a path in the air."""
@@ -36,7 +39,8 @@ FIRST_STRETCH_MM = 24.0  #: A move is first divided into stretches of at most th
 LEAST_STRETCH_MM = 0.02  #: A stretch of a move is not halved further: it counts as too near.
 BACK_MM = (0.0, 25.0, 50.0, 100.0, 200.0, 400.0)
 """How far back along the wire the torch goes before it goes up, the shortest free one."""
-NEARER = (1.0, 0.5, 0.25)  #: Shares of the approach, or of the retract, that are tried until a way leads on from it.
+NEAREST_MM = 5.0  #: The torch comes and goes this far along the wire at least.
+MOST_NEARER = 3  #: So many places on the wire's line that are free are tried until a way leads on from one.
 SIDES = 8  #: Directions in which the torch leaves the part's box if it cannot go up.
 WAYS = np.array([way for way in product(range(-3, 4), repeat=3) if max(map(abs, way)) == 3], dtype=np.float64)
 WAYS /= np.linalg.norm(WAYS, axis=1, keepdims=True)
@@ -83,11 +87,10 @@ class AirSettings:
 class Ends:
     """The first and the last pose of the torch at a seam: its approach and its retract."""
 
-    name: str  #: Of the seam.
+    seam: Seam
     p: FloatArray  #: shape (2, 3). Tool centre points in `base`, mm.
     R: FloatArray  #: shape (2, 3, 3). Axes of the tool in `base`.
     weld: FloatArray  #: shape (2, 3). Where the weld begins and ends, mm: an end may be moved towards it.
-    more_wire_mm: float = 0.0  #: How far the wire of the seam sticks out beyond the usual one.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,7 +194,7 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     home_R = ends[0].R[0]
     leaving, coming = [home_R, *(end.R[1] for end in ends)], [*(end.R[0] for end in ends), home_R]
     turns = [_turn_between(a, b, torch.axis) for a, b in zip(leaving, coming, strict=True)]
-    torch = replace(torch, more_wire_mm=max(end.more_wire_mm for end in ends))
+    torch = replace(torch, more_wire_mm=max(end.seam.more_wire_mm for end in ends))
     clearance = _clearance(air, torch, turns)
     top = float((part.corners @ up).max())
     height = max(top, *(float((end.p @ up).max()) for end in ends)) + clearance
@@ -200,13 +203,13 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     middle, _ = search.ball
     home = middle + (height - float(middle @ up)) * up
     starts, goals = [home, *(away.p[-1] for _, away in rises)], [*(down.p[-1] for down, _ in rises), home]
-    names = map(" to ".join, pairwise([SAFE_POINT, *(end.name for end in ends), SAFE_POINT]))
+    names = map(" to ".join, pairwise([SAFE_POINT, *(end.seam.name for end in ends), SAFE_POINT]))
     *across, back = [search.across(*each) for each in zip(starts, goals, turns, names, strict=True)]
     to_seam = [way.then(down[-2:0:-1]) for way, (down, _) in zip(across, rises, strict=True)]
     from_seam = [away[1:] for _, away in rises]
     from_seam[-1] = from_seam[-1].then(back[:-1])
     moved = tuple(np.stack([down.p[0], away.p[0]]) for down, away in rises)
-    near = {end.name: max(way.near_mm for way in ways) for end, ways in zip(ends, rises, strict=True)}
+    near = {end.seam.name: max(way.near_mm for way in ways) for end, ways in zip(ends, rises, strict=True)}
     return AirPlan(AirWay(home[None], home_R[None]), moved, tuple(to_seam), tuple(from_seam), clearance, near)
 
 
@@ -249,8 +252,10 @@ class _Search:
 
     def rises(self, ends: Sequence[Ends]) -> list[tuple[AirWay, AirWay]]:
         """Return the ways from the approach and the retract of every seam. Raises `NoWayError` for all without one."""
-        own = [replace(self, torch=replace(self.torch, more_wire_mm=end.more_wire_mm)) for end in ends]
-        found = [(end.name, (search.rise(end, 0), search.rise(end, 1))) for end, search in zip(ends, own, strict=True)]
+        own = [replace(self, torch=replace(self.torch, more_wire_mm=end.seam.more_wire_mm)) for end in ends]
+        found = [
+            (end.seam.name, (search.rise(end, 0), search.rise(end, 1))) for end, search in zip(ends, own, strict=True)
+        ]
         held = {name: way for name, ways in found for way in reversed(ways) if isinstance(way, str)}
         if held:
             raise NoWayError(held)
@@ -259,12 +264,11 @@ class _Search:
     def rise(self, end: Ends, which: int) -> AirWay | str:
         """Return the shortest free way from an end of a seam up to the plane; or why there is none.
 
-        Where there is none the end is moved towards the weld (`NEARER`); where none leads on from there, it goes aside.
+        Where there is none the end is moved towards the weld; where none leads on from there, the torch goes aside.
         """
-        R, weld = end.R[which], end.weld[which]
-        starts = [weld + share * (end.p[which] - weld) for share in NEARER]
+        R, starts = end.R[which], self._starts(end, which)
         usual = ((p, way) for p in starts for way in self._candidates(p, R))
-        narrow = ((p, way) for p in starts for way in self._ways_aside(p, R, end.more_wire_mm))
+        narrow = ((p, way) for p in starts for way in self._ways_aside(p, R, end.seam.more_wire_mm))
         is_free_back = cache(lambda a, b: a == b or self._is_outside_material(np.array([a, b]), R))
         for p, (free_from, corners) in chain(usual, narrow):
             points = np.array([p, *corners])
@@ -275,9 +279,29 @@ class _Search:
                 return AirWay(points, np.repeat(R[None], len(points), axis=0), near_mm)
         where = ("to", "from")[which]
         return (
-            f"seam {end.name}: no checked way leads {where} it: up, back along the wire, sideways and askew, the torch "
-            f"comes nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape})"
+            f"seam {end.seam.name}: no checked way leads {where} it: up, back along the wire, sideways and askew, the "
+            f"torch comes nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape})"
         )
+
+    def _starts(self, end: Ends, which: int) -> FloatArray:
+        """Return from where the torch may come, or to where it may go, along the wire, shape (k, 3), mm.
+
+        As far as was asked, half as far and so on; nothing is in its way between there and the weld.
+        """
+        R, weld, more_mm = end.R[which : which + 1], end.weld[which], end.seam.more_wire_mm
+        away, wire = end.p[which] - weld, wire_directions(R, self.torch.axis)
+        far_mm = float(np.linalg.norm(away))
+        shares = 0.5 ** np.arange(max(1, 2 + math.floor(math.log2(max(far_mm, NO_LENGTH_MM) / NEAREST_MM))))
+        found = find_poses_in_material(
+            self.part,
+            np.repeat(weld + (self.torch.standoff_mm + more_mm) * wire, len(shares), axis=0),
+            np.repeat(-wire, len(shares), axis=0),
+            self.torch.shape.with_more_wire(more_mm),
+            start_mm=start_mm(end.seam),
+            more_mm=np.asarray(far_mm * shares, dtype=np.float64),
+            bend=np.repeat(neck_directions(R, self.torch.axis), len(shares), axis=0),
+        )
+        return np.asarray(weld + np.delete(shares, found.row)[:MOST_NEARER, None] * away, dtype=np.float64)
 
     def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[int, list[FloatArray]]]:
         """Yield corners of ways up to the plane, the shortest first: the point farther back, one outside, one above."""

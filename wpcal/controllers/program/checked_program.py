@@ -25,9 +25,8 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
-from wpcal.seam.judge.reach import InWay, find_in_ways
+from wpcal.seam.judge.reach import find_in_ways
 
-NEAREST_MM = 5.0  #: The torch comes and goes this far along the wire at least.
 ROUND_OFF_MM = 1e-3
 MOST_TOLD = 3  #: Seams whose place is told; of the others the names: the message is one line.
 
@@ -85,11 +84,12 @@ def check_program(
 def _with_free_poses(
     program: WeldProgram, part: TriangleMaterial, torch: TorchShape
 ) -> tuple[WeldProgram, dict[str, str]]:
-    """Return as `_freed`; where lines and arcs meet the part, the poses with which the seam was felt may be free."""
-    program, inside = _freed(program, part, torch)
+    """Return which welds are inside material; where lines and arcs are, the poses of the frames may be free."""
+    inside = _inside(program, part, torch)
     if fitted := {path.seam.name for path in program.paths if path.moves is not None} & inside.keys():
         own = (to_every_point(path, program.torch) if path.seam.name in fitted else path for path in program.paths)
-        return _freed(replace(program, paths=tuple(own)), part, torch)
+        program = replace(program, paths=tuple(own))
+        return program, _inside(program, part, torch)
     return program, inside
 
 
@@ -106,33 +106,6 @@ def _between(
         return reached, plan_air_moves(part, [_ends(path) for path in reached], at_tool, air), dict(error.seams)
 
 
-def _freed(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> tuple[WeldProgram, dict[str, str]]:
-    """Return where the torch is still inside material if it comes or goes less far along the wire to be free.
-
-    Each of the two distances is halved where it is not free.
-    """
-    own, free, inside = {path.seam.name: path for path in program.paths}, dict[str, WeldPath](), dict[str, str]()
-    while own:
-        found = _inside(replace(program, paths=tuple(own.values())), part, torch)
-        free |= {name: path for name, path in own.items() if name not in found}
-        inside |= {name: why for name, (_, why) in found.items()}
-        nearer = ((name, _nearer(own[name], places)) for name, (places, _) in found.items())
-        own = {name: path for name, path in nearer if path is not None}
-    paths = tuple(free.get(path.seam.name, path) for path in program.paths)
-    return replace(program, paths=paths), {name: why for name, why in inside.items() if name not in free}
-
-
-def _nearer(path: WeldPath, places: Sequence[InWay]) -> WeldPath | None:
-    """Return a path on which the torch comes or goes half as far where it is not free; None: it is so at the weld."""
-    last = len(path.stations()[0]) - 1
-    if any(0.0 < place.at < last for place in places):
-        return None
-    ends, is_met = _ends(path), np.array([any(place.at == at for place in places) for at in (0.0, last)])
-    away = np.where(is_met[:, None], 0.5, 1.0) * (ends.p - ends.weld)
-    is_near = np.linalg.norm(away, axis=1) < NEAREST_MM
-    return None if (is_near & is_met).any() else _with_ends(path, ends.weld + away)
-
-
 def _shorter(motion: MotionSettings, paths: Sequence[WeldPath], plan: AirPlan) -> Iterator[str]:
     """Yield where the torch comes or goes less far along the wire than was asked."""
     asked_mm = {"approach": motion.approach_mm, "retract": motion.retract_mm}
@@ -146,7 +119,7 @@ def _shorter(motion: MotionSettings, paths: Sequence[WeldPath], plan: AirPlan) -
 def _ends(path: WeldPath) -> Ends:
     first, stop = path.weld_rows.start, path.weld_rows.stop
     at, welds = [first - 1, stop], path.p_base[[first, stop - 1]]
-    return Ends(path.seam.name, path.p_base[at], path.R_base[at], welds, path.seam.more_wire_mm)
+    return Ends(path.seam, path.p_base[at], path.R_base[at], welds)
 
 
 def _with_ends(path: WeldPath, ends: FloatArray) -> WeldPath:
@@ -155,24 +128,16 @@ def _with_ends(path: WeldPath, ends: FloatArray) -> WeldPath:
     return replace(path, p_base=frozen(p))
 
 
-Inside = dict[
-    str, tuple[tuple[InWay, ...], str]
-]  #: By name of the seam: places inside material, and the first in words.
-
-
-def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> Inside:
-    """Return the seams along which the torch is inside material, and where."""
+def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> dict[str, str]:
+    """Return the seams along which the torch is inside material, and in words where first."""
     axis, ways, frames = program.torch.tool_axis, [], list[FloatArray]()
     for path in program.paths:
         p, R, frame, _ = path.stations()
         tips = p + (program.torch.standoff_mm + path.seam.more_wire_mm) * wire_directions(R, axis)
         ways.append((path.seam, tips, R))
         frames.append(frame)
-    ends = [_ends(path) for path in program.paths]
-    back_mm = np.reshape([np.linalg.norm(end.p - end.weld, axis=1) for end in ends], (-1, 2)).T
-    found = find_in_ways(part, ways, torch, axis=axis, back_mm=[*back_mm])
-    named = zip((seam.name for seam, *_ in ways), found, frames, strict=True)
-    return {name: (places, places[0].describe(name, frame)) for name, places, frame in named if places}
+    found = zip(ways, find_in_ways(part, ways, torch, axis=axis), frames, strict=True)
+    return {seam.name: places[0].describe(seam.name, frame) for (seam, *_), places, frame in found if places}
 
 
 def _with_ways(path: WeldPath, ends: FloatArray, to_seam: AirWay, from_seam: AirWay) -> WeldPath:

@@ -1,8 +1,8 @@
 """The one judgement of reach: where on its way along a seam the torch is inside material.
 
-The torch moves as a controller moves it, between the poses at the frames of the seam or at the moves of a program, and
-comes and goes along the wire at both ends. It is compared at places between which none of its points moves farther than
-its step (`wpcal.robot.moves.sweep`), but for those at which it has room all around (`wpcal.seam.judge.room`).
+The torch moves as a controller moves it, between the poses at the frames of the seam or at the moves of a program. It
+is compared at places between which none of its points moves farther than its step (`wpcal.robot.moves.sweep`), but for
+those at which it has room all around (`wpcal.seam.judge.room`).
 """
 
 from __future__ import annotations
@@ -50,25 +50,20 @@ def find_in_ways(
     torch: TorchShape,
     *,
     axis: ToolAxis = ToolAxis.Z,
-    back_mm: Sequence[FloatArray | float] = (0.0, 0.0),
 ) -> list[tuple[InWay, ...]]:
-    """Return every place along each seam, or on the way along the wire to its ends, with the torch inside material.
+    """Return every place along each seam with the torch inside material.
 
     `ways`: Seams with the tips of the wire, shape (n, 3), in the frame of the material, mm, and the axes of the tool in
     the same frame, shape (n, 3, 3).
     `torch`: With its usual wire: that of the seam (`Seam.more_wire_mm`) is added.
-    `back_mm`: How far the torch comes from along the wire at the first point, and goes at the last, mm; each a number,
-    or of shape (k,) for k ways.
     """
     found = [tuple[InWay, ...]()] * len(ways)
-    ends_mm = [np.broadcast_to(mm, len(ways)) for mm in back_mm]
     for more_mm in {seam.more_wire_mm for seam, *_ in ways}:
         own = [number for number, (seam, *_) in enumerate(ways) if seam.more_wire_mm == more_mm]
         longer = torch.with_more_wire(more_mm)
         paths = [ways[number][1:] for number in own]
         start = np.array([start_mm(ways[number][0]) for number in own])
-        back = [mm[own] for mm in ends_mm]
-        swept, inside = sweep_torch(material, paths, longer, axis=axis, start_mm=start, back_mm=back)
+        swept, inside = sweep_torch(material, paths, longer, axis=axis, start_mm=start)
         last = last_poses(paths)
         for row, part, solid in zip(inside.row.tolist(), inside.part, inside.solid, strict=True):
             way = int(np.searchsorted(last, swept.at[row]))
@@ -84,28 +79,24 @@ def sweep_torch(
     *,
     axis: ToolAxis,
     start_mm: FloatArray | float = START_MM,
-    back_mm: Sequence[FloatArray | float] = (0.0, 0.0),
 ) -> tuple[Swept, PosesInMaterial]:
     """Move a torch along ways, and find the places at which it is inside material.
 
-    `ways`, `back_mm`: In the frame of the material; as in `find_in_ways`.
+    `ways`: In the frame of the material; as in `find_in_ways`.
     `start_mm`: shape (k,). For each way, as in `find_poses_in_material`.
     """
     column, last = 2 if axis is ToolAxis.Z else 0, last_poses(ways)
     swept = sweep(ways, torch.reaching, axis=column)
-    more = np.zeros(len(swept.at))
-    more[np.searchsorted(swept.at, [0, *(last[:-1] + 1)])], more[np.searchsorted(swept.at, last)] = back_mm
     rows = np.arange(len(swept.at))
     if isinstance(material, TriangleMaterial) and len(material.corners):
         material = with_room(material)
-        rows = np.flatnonzero(_may_be_inside(material, swept, torch, axis) | (more > 0.0))
+        rows = np.flatnonzero(_may_be_inside(material, swept, torch, axis))
     found = find_poses_in_material(
         material,
         swept.p[rows],
         -swept.R[rows, :, column],
         torch,
         start_mm=np.broadcast_to(start_mm, len(last))[np.searchsorted(last, swept.at[rows])],
-        more_mm=more[rows],
         bend=None if torch.neck is None else neck_directions(swept.R[rows], axis),
     )
     return swept, replace(found, row=rows[found.row])
