@@ -134,19 +134,49 @@ def test_a_neck_that_is_no_neck_is_refused(wrong: dict[str, float]) -> None:
         TorchShape(neck=Neck(**{**sizes, "body_from_mm": 150.0, "body_radius_mm": 20.0, **wrong}))
 
 
-@pytest.mark.parametrize("shape", [each.shape for each in shipped_torches()], ids=lambda shape: shape.name)
-def test_the_pieces_and_the_planned_body_of_a_nozzle_hold_its_cone_and_are_hardly_wider(shape):
+SHAPES = pytest.mark.parametrize("shape", [each.shape for each in shipped_torches()], ids=lambda shape: shape.name)
+
+
+@SHAPES
+def test_the_pieces_of_a_nozzle_hold_its_cone_and_are_hardly_wider(shape):
     z = np.linspace(0.0, shape.front_mm, 400)
     radius = np.interp(z, [0.0, max(shape.taper_mm, 1e-9)], [shape.mouth_mm, shape.nozzle_radius_mm])
     felt = [np.where((z >= t.start[2]) & (z <= t.end[2]), t.radius_mm, 0.0) for t in shape.nozzle_tubes]
     wider = np.max(felt, axis=0) - radius
     assert -1e-9 <= wider.min() <= wider.max() <= CONE_STEP_MM + 1e-9
-    T_flange_tool = RigidTransform(np.eye(3), [60.0, 0.0, 400.0], "flange", "tool")
-    (nozzle, *_) = bodies_of_shape(shape, T_flange_tool)
-    z, radius = (each[z <= mounted(shape, T_flange_tool).front_mm] for each in (z, radius))
-    turn = np.arange(90) * np.pi / 45.0
-    around = np.stack([np.cos(turn), np.sin(turn)], axis=1)[:, None] * radius[:, None]
-    places = np.concatenate([around, np.broadcast_to(-shape.wire_mm - z[:, None], (90, len(z), 1))], axis=2)
-    hull = ConvexHull(nozzle["hull_mm"]).equations
-    assert (places @ hull[:, :3].T + hull[:, 3]).max() < 1e-9
-    assert np.linalg.norm(np.array(nozzle["hull_mm"])[:, :2], axis=1).max() < 1.002 * shape.nozzle_radius_mm
+
+
+def depth_in(body, points):
+    """How deep points are inside a planned body, mm; negative outside, at least by so much."""
+    if "hull_mm" in body:
+        planes = ConvexHull(body["hull_mm"]).equations
+        return -(points @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    (capsule,) = body["capsules"]
+    p, way = np.array(capsule["p_mm"]), np.subtract(capsule["q_mm"], capsule["p_mm"])
+    share = np.clip((points - p) @ way / (way @ way), 0.0, 1.0)
+    return capsule["radius_mm"] - np.linalg.norm(points - p - share[:, None] * way, axis=1)
+
+
+@SHAPES
+@pytest.mark.parametrize("flange", [(120.0, 0.0, 300.0), (0.0, 0.0, 420.0)], ids=["beside the wire", "on the wire"])
+def test_the_planned_bodies_of_a_torch_are_the_pieces_with_which_seams_are_judged(shape, flange):
+    """Within 1 mm, at the edge of a body that is wider than its neck, too. Behind its end none are judged."""
+    T_flange_tool = RigidTransform(np.eye(3), flange, "flange", "tool")
+    felt, bodies = mounted(shape, T_flange_tool), bodies_of_shape(shape, T_flange_tool)
+    nozzle = ((0.0, felt.mouth_mm), (felt.taper_mm, felt.nozzle_radius_mm))
+    rings = [(np.array([0.0, 0.0, z]), np.array([0.0, 0.0, 1.0]), radius) for z, radius in nozzle]
+    for tube in felt.tubes:
+        way = (tube.end - tube.start) / np.linalg.norm(tube.end - tube.start)
+        ahead = tube.start - 0.1 * way, way, (rings[-1][2] + tube.radius_mm) / 2
+        rings += [
+            *[ahead] * (tube.radius_mm > rings[-1][2] + 2.0),
+            (tube.start, way, tube.radius_mm),
+            ((tube.start + tube.end) / 2, way, tube.radius_mm),
+        ]
+    turn, side = np.arange(0.0, 2 * np.pi, 0.1)[:, None], np.array([0.0, 1.0, 0.0])
+    for at, way, radius in rings:
+        circle = np.cos(turn) * side + np.sin(turn) * np.cross(way, side)
+        places = (at + (radius + np.array([[[-0.6]], [[1.0]]])) * circle) * -1.0 - [0.0, 0.0, felt.wire_mm]
+        inside, outside = (np.max([depth_in(body, each) for body in bodies], axis=0) for each in places)
+        assert inside.min() > -0.2
+        assert outside.max() < 0.0

@@ -6,7 +6,7 @@ bends towards the flange.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.urdf_bodies import capsule_around, hull_corners, read_stl
 from wpcal.robot.surface_points import surface_points
-from wpcal.robot.torch.shape import CORNERS, Neck, TorchShape
+from wpcal.robot.torch.shape import CONE_STEP_MM, CORNERS, PRISM, Neck, TorchShape
 
 NOZZLE_TO_PART_MM = 3.0  #: The nozzle works near the part: this is above the errors of a calibration and of a path.
 NOZZLE_MM = 110.0  #: From the tip of the wire to where a usual swan neck bends.
@@ -45,10 +45,11 @@ def mounted(shape: TorchShape, T_flange_tool: RigidTransform) -> TorchShape:
 
     Behind the nozzle a body leads straight to the flange; where the wire leads there, the neck does not bend.
     """
-    bend, flange = _bend(shape), T_flange_tool.inverse().t_mm
-    off = float(np.linalg.norm(flange[:2]))
     if shape.neck is not None:
         return shape
+    bend = np.array([0.0, 0.0, -max(NOZZLE_MM, shape.wire_mm + 2.0 * shape.nozzle_radius_mm)])
+    flange = T_flange_tool.inverse().t_mm
+    off = float(np.linalg.norm(flange[:2]))
     angle = float(np.degrees(np.arctan2(off, bend[2] - flange[2]))) if off > ON_WIRE_MM else 0.0
     from_mm, radius = -float(bend[2]) - shape.wire_mm, min(NECK_RADIUS_MM, _apart(bend, flange) / 2)
     neck = Neck(round(angle, 3), from_mm, 0.0, radius, from_mm, radius)
@@ -56,59 +57,65 @@ def mounted(shape: TorchShape, T_flange_tool: RigidTransform) -> TorchShape:
     return replace(shape, name=f"{shape.name} on its flange", length_mm=length, neck=neck)
 
 
-def _bend(shape: TorchShape) -> FloatArray:
-    """Return where a torch without a stated neck leaves the line of its wire, in `tool`, mm."""
-    return np.array([0.0, 0.0, -max(NOZZLE_MM, shape.wire_mm + 2.0 * shape.nozzle_radius_mm)])
-
-
 def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[dict[str, Any]]:
     """Return the bodies of a torch with known sizes, and what joins it to the flange. Records of shapes in `tool`.
 
+    They are the pieces with which seams are judged. Where a piece is wider than the one before it, it begins as a hull:
+    a capsule would reach ahead of it, or would not reach its rim.
+
     `shape`: Straight, or with a neck.
     """
-    flange = T_flange_tool.inverse().t_mm
-    if shape.neck is None:
-        bend = _bend(shape)
-        return [_nozzle(shape, -float(bend[2])), *_joined(bend, flange, min(NECK_RADIUS_MM, _apart(bend, flange) / 2))]
+    shape, flange = mounted(shape, T_flange_tool), T_flange_tool.inverse().t_mm
     towards = np.array([flange[0], flange[1], 0.0])
     off = float(np.linalg.norm(towards))
     x = towards / off if off > ON_WIRE_MM else np.array([-1.0, 0.0, 0.0])  # as wpcal export turns a neck
     back = np.array([0.0, 0.0, -1.0])
     R = np.stack([x, np.cross(back, x), back], axis=1)
-    mouth = shape.wire_mm * back
-    bodies = [_nozzle(shape, shape.wire_mm + shape.neck.from_mm)]
-    end = bend = mouth + shape.neck.from_mm * back
+    mouth, bend = shape.wire_mm * back, (shape.wire_mm + shape.front_mm) * back
+    bodies, end, before_mm = [_nozzle(shape)], bend, shape.nozzle_radius_mm
     for number, tube in enumerate(shape.tubes, start=1):
         p, end = mouth + R @ tube.start, mouth + R @ tube.end
-        body = _capsule(f"torch {number}", p, end, tube.radius_mm)
-        if _apart(p, bend) + shape.wire_mm + shape.neck.from_mm < NOZZLE_MM:
-            body["to_part_mm"] = NOZZLE_TO_PART_MM
-        bodies.append(body)
-    return [*bodies, *_joined(end, flange, 0.0)]
+        near = {"to_part_mm": NOZZLE_TO_PART_MM} if _apart(p, bend) + shape.wire_mm + shape.front_mm < NOZZLE_MM else {}
+        if tube.radius_mm > before_mm + CONE_STEP_MM:
+            way = (end - p) / _apart(p, end)
+            edge = p + min(tube.radius_mm, _apart(p, end)) * way
+            bodies.append(
+                _prism(f"torch {number} front", ((tube.radius_mm, p), (tube.radius_mm, edge)), R[:, 1], way, **near)
+            )
+            p = edge
+        if _apart(p, end) > 0.0:
+            bodies.append({**_capsule(f"torch {number}", p, end, tube.radius_mm), **near})
+        before_mm = tube.radius_mm
+    return [*bodies, *_joined(end, flange)]
 
 
-def _joined(end: FloatArray, flange: FloatArray, from_mm: float) -> list[dict[str, Any]]:
+def _joined(end: FloatArray, flange: FloatArray) -> list[dict[str, Any]]:
     """Return the body from the end of a torch to the flange; none if they are as near as it is thick."""
-    length = _apart(end, flange)
-    if length <= NECK_RADIUS_MM:
-        return []
-    return [_capsule("torch body", end + (flange - end) / length * from_mm, flange, NECK_RADIUS_MM)]
+    is_apart = _apart(end, flange) > NECK_RADIUS_MM
+    return [_capsule("torch body", end, flange, NECK_RADIUS_MM)] if is_apart else []
 
 
 def _apart(p: FloatArray, q: FloatArray) -> float:
     return float(np.linalg.norm(q - p))
 
 
-def _nozzle(shape: TorchShape, end_mm: float) -> dict[str, Any]:
-    """Return the hull of the nozzle from its mouth to `end_mm` behind the tip: a capsule would not reach its rim."""
-    turn = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
-    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(CORNERS)]) / np.cos(np.pi / CORNERS)
+def _nozzle(shape: TorchShape) -> dict[str, Any]:
+    """Return the hull of the nozzle from its mouth to its end."""
     rings = {
-        (shape.mouth_mm, shape.wire_mm),
-        *((shape.nozzle_radius_mm, mm) for mm in (shape.wire_mm + shape.taper_mm, end_mm)),
+        (shape.wire_mm, shape.mouth_mm),
+        *((shape.wire_mm + mm, shape.nozzle_radius_mm) for mm in (shape.taper_mm, shape.front_mm)),
     }
-    corners = np.concatenate([r * circle - [0.0, 0.0, back] for r, back in sorted(rings, key=lambda ring: ring[1])])
-    return hulled("nozzle", corners, to_part_mm=NOZZLE_TO_PART_MM)
+    x, _, z = np.eye(3)
+    return _prism("nozzle", [(r, -mm * z) for mm, r in sorted(rings)], x, -z, to_part_mm=NOZZLE_TO_PART_MM)
+
+
+def _prism(
+    name: str, rings: Iterable[tuple[float, FloatArray]], side: FloatArray, way: FloatArray, **more: Any
+) -> dict[str, Any]:
+    """Return the hull around circles, given by radii and middles, in planes normal to `way`; `side` is in them."""
+    turn = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
+    circle = np.outer(np.cos(turn), side) + np.outer(np.sin(turn), np.cross(side, way))
+    return hulled(name, np.concatenate([middle + r * PRISM * circle for r, middle in rings]), **more)
 
 
 def bodies_of_capsules(

@@ -17,7 +17,8 @@ CHORD_DEG = 12.0
 """The bend of a neck is felt as straight tubes that turn by at most this: they are within 0.6 % of its radius."""
 WIRE_STEP_MM = 2.5  #: Steps in which a longer wire is tried: what an operator sets by eye.
 CONE_STEP_MM = 0.5  #: A cone that is felt as straight tubes is felt at most so much wider than it is.
-CORNERS = 64  #: Planners measure a nozzle as a prism around it with so many sides: wider by 0.12 %.
+CORNERS = 64  #: Planners measure round pieces as prisms around them with so many sides.
+PRISM = 1.0 / math.cos(math.pi / CORNERS)  #: So much wider is a prism at its corners: 0.12 %.
 LONGER_WIRE_MM = 50.0  #: No wire welds that sticks out by so much more than usual: it glows and bends.
 
 

@@ -8,7 +8,6 @@ mouth find a wall along the torch that is longer than the torch. Programs are ch
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +18,7 @@ from wpcal.brep.near_groups import NearBundles
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
-from wpcal.robot.torch.shape import CORNERS, TorchShape
+from wpcal.robot.torch.shape import PRISM, TorchShape
 from wpcal.seam.judge.material import NEAR_ROOT_MM, WIRE_RADIUS_MM, Necks
 from wpcal.seam.judge.torch_neck import bend_directions, edges_in_tubes, neck_faces
 
@@ -74,7 +73,7 @@ class FeltPoses(Columns):
 def felt_radii_mm(graph: BrepGraph, torch: TorchShape) -> tuple[float, float]:
     """Return the radii with which wire and nozzle are felt, mm: around the prism that planners measure."""
     wider = usual_deflection_mm(graph.size_mm)
-    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), torch.nozzle_radius_mm / math.cos(math.pi / CORNERS) + wider
+    return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), torch.nozzle_radius_mm * PRISM + wider
 
 
 def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is_between: bool = False) -> IntArray:
