@@ -227,6 +227,7 @@ def planned(arm: str, result: Path, folder: Path, languages: tuple[str, ...]) ->
         return Planned(None, {}, dict.fromkeys(languages, done.stderr.strip()[-160:]))
     plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
     assert uncovered(plan, result) == []
+    assert all(min(each["before"], each["after"]) > 0 for each in plan["kept"]["pieces"]), "a joint move in the pool"
     judge = SecondJudge(cell, urdf(arm), triangles_of(result), of_record(plan["T_carrier_part"]))
     routines = {name: list(READERS[name](texts_of(out / name))) for name in languages if (out / name).is_dir()}
     refused = {name: str(plan["no_program"].get(name, "?"))[:160] for name in languages if name not in routines}

@@ -35,7 +35,8 @@ class ArmAsked:
 
     cell: Path | None = opt(
         None,
-        "The cell: of one robot (`wpcal cell new`); its arm makes the searches and keeps away from its bodies.",
+        "The cell: of one robot (`wpcal cell new`); its arm makes the searches and keeps away from its bodies. Its "
+        "tool is the tip of the wire; programs move a point --standoff-mm behind it.",
         metavar="CELL.json",
     )
     arm: str | None = opt(

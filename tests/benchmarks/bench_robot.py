@@ -12,11 +12,12 @@ from rich.table import Table
 from scipy.optimize import least_squares
 
 from tests.benchmarks.timing import least_seconds
+from tests.simulated_poses import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.robot.identify.error_summary import distances_mm
 from wpcal.robot.identify.genetic_tabu import solve_genetic_tabu
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, Noise, random_joints, simulate_poses
+from wpcal.robot.identify.identifiability import Noise
 from wpcal.robot.identify.identification import IdentifyOptions, identify_arm
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations

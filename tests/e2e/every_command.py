@@ -11,8 +11,8 @@ import numpy as np
 from tests.drift_jobs import Planted, simulated_jobs, write_batch
 from tests.one_robot_cells import one_robot_record, write_cell
 from tests.running import run_here
+from tests.simulated_poses import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.core.rotations import quaternion_from_rotation
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"

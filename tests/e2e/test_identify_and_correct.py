@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from tests.simulated_poses import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.cli.main import run
 from wpcal.core.rotations import quaternion_from_rotation
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, Noise, random_joints, simulate_poses
+from wpcal.robot.identify.identifiability import Noise
 from wpcal.robot.kinematics.arm_file import find_arm, read_arm
 
 HEADER = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,qx,qy,qz,qw"

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cluttered_cells import ROBOTS
@@ -45,3 +46,15 @@ def test_no_program_of_any_arm_touches_anything(part: str | int, arm: str, tmp_p
     for row in rows_of(str(part), arm, result_for(part, tmp_path), tmp_path, tuple(READERS)):
         print(row)
         assert row.contacts == ()
+
+
+def test_a_wire_in_a_plate_is_seen() -> None:
+    from tests.wire_judge import off_surface, winding
+
+    low, high = np.zeros(3), np.array([100.0, 8.0, 60.0])
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij")).reshape(3, -1).T
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    box = corners[[face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]]
+    points = np.array([[50.0, 4.0, 30.0], [50.0, -2.0, 30.0]])
+    assert list(np.abs(np.round(winding(points, box)))) == [1.0, 0.0]
+    np.testing.assert_allclose(off_surface(points, box), [4.0, 2.0], rtol=0, atol=1e-9)

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from tests.few import few
+from tests.simulated_poses import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.identify.error_summary import distances_mm, judge
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, Noise, random_joints, simulate_poses
+from wpcal.robot.identify.identifiability import Noise
 from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions, identify_arm
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations

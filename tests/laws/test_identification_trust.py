@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.simulated_poses import random_joints, simulate_poses
 from wpcal.core.errors import InputError, UnitError
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion, rotation_from_zyx, zyx_angles
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.identify.error_summary import judge
-from wpcal.robot.identify.identifiability import Noise, random_joints, simulate_poses
+from wpcal.robot.identify.identifiability import Noise
 from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions, identify_arm
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters

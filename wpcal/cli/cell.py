@@ -33,9 +33,13 @@ def cell() -> None:
 class ToolAsked:
     """The tool data of the torch."""
 
-    tool: str | None = opt(None, TOOL_HELP, metavar=TOOL_METAVAR)
+    tool: str | None = opt(
+        None, f"{TOOL_HELP} It is the tip of the wire: programs of a plan have no standoff.", metavar=TOOL_METAVAR
+    )
     tool_from: str | None = opt(
-        None, "Tool data of a program, as the controller states them.", metavar="PROGRAM[#NAME]"
+        None,
+        "Tool data of a program, as the controller states them; the tool centre point must be the tip of the wire.",
+        metavar="PROGRAM[#NAME]",
     )
     tool_axis: str = opt("z", "Axis of the tool along the wire.", choices=("z", "x"))
 

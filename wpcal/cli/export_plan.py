@@ -25,6 +25,7 @@ TAKEN = frozenset(
     }
 )
 """Parameters of the command that a plan takes: all others are settled when it is made."""
+PLANNED_TOOL = {"standoff_mm": "0", "tool_axis": "z"}  #: Of every cell: the tip of the wire, with z along it.
 
 
 def is_plan(folder: Path) -> bool:
@@ -39,6 +40,24 @@ def is_plan(folder: Path) -> bool:
     return holds_file(folder, PLAN_FILE)
 
 
+def refuse_other_tool(*given: Path) -> None:
+    """Refuse a shop whose tool is not that of a cell: with it the programs of a plan would go elsewhere.
+
+    `given`: Arguments of the command: beside them, or above, is the file of the shop.
+    """
+    from wpcal.cli.export import export
+    from wpcal.cli.shop_file import find_shop, said_of
+    from wpcal.core.errors import InputError
+
+    said = said_of(export, "export", find_shop([str(path) for path in given]))
+    for name, value in PLANNED_TOOL.items():
+        if name in said and str(said[name].value).removesuffix(".0") != value:
+            raise InputError(
+                f"{said[name]} ({said[name].origin}): the tool of a cell, and of the programs of a plan, has {value}: "
+                f"its centre is the tip of the wire. Use such a tool, and say so here: WPCAL_{name.upper()}={value}"
+            )
+
+
 def export_plan(
     folder: Path, formats: Sequence[str], flags: WeldProgramAsked, *, out: Path | None, force: bool, as_json: bool
 ) -> int:
@@ -49,7 +68,9 @@ def export_plan(
     from wpcal.core.records import check_writable
     from wpcal.planning.sequence.kept_plan import kept_plan_of, read_kept_plan
 
-    refuse_options(TAKEN, lambda _: "is settled in a plan; give it to wpcal plan, or to its cell (wpcal cell new)")
+    settled = "is settled in a plan; give it to wpcal plan, or to its cell (wpcal cell new)"
+    refuse_options(TAKEN, lambda _: settled, PLANNED_TOOL)
+    refuse_other_tool(folder)
     writers = plan_writers(tuple(formats))
     kept = read_kept_plan(folder)
     targets = {each.name: (out or folder) / each.name for each in writers}

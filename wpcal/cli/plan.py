@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.export_plan import refuse_other_tool
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.outputs import require_result
 from wpcal.cli.part_option import part_option
@@ -107,6 +108,7 @@ def plan(
     if seams_json is None or output is None:
         raise _incomplete({"RESULT": seams_json, "-o": output})
     require_result(seams_json, cell_json)
+    refuse_other_tool(cell_json, seams_json)
     cell = _cell(cell_json, output, needs_pymoo=bool(genetic.generations), force=force)
     if cell.has_two_robots:
         from wpcal.cli.two_robots import TwoRobotRequest, run_seams_of_two_robots

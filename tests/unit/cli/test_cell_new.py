@@ -130,7 +130,10 @@ def test_a_named_torch_gives_its_bodies_and_is_kept(urdf):
     last = bodies[f"torch {len(shape.tubes)}"]["capsules"][0]
     flange = cell.T_flange_tool.inverse().t_mm
     side = flange * [1, 1, 0] / np.linalg.norm(flange[:2])
-    for own, p in ((last["p_mm"], tube.start), (last["q_mm"], tube.end)):
+    way = (tube.end - tube.start) / np.linalg.norm(
+        tube.end - tube.start
+    )  # its front is a prism, as long as it is thick
+    for own, p in ((last["p_mm"], tube.start + tube.radius_mm * way), (last["q_mm"], tube.end)):
         assert np.allclose(own, p[0] * side + np.array([0, 0, -shape.wire_mm - p[2]]), rtol=0, atol=0.02)
     assert last["radius_mm"] == tube.radius_mm
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from tests.simulated_poses import XIONG_2015_ERRORS
 from wpcal.cli.main import wpcal
 from wpcal.controllers.program.compensation import compensate_program
 from wpcal.controllers.program.followed_program import follow_program
@@ -14,7 +15,6 @@ from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.core.errors import FrameError
 from wpcal.results.folder import read_finished
 from wpcal.robot.compensation import NO_TOOL
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.inverse import nearest_joints

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from tests.simulated_poses import XIONG_2015_ERRORS
 from wpcal.controllers.program import build_program
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.controllers.program.compensation import compensate_program
 from wpcal.controllers.program.followed_program import program_for_arm
 from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.results.folder import read_finished
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.kinematics.arm_file import find_arm

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from tests.simulated_poses import XIONG_2015_ERRORS
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.compensation import correct_points
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.kinematics.arm_file import find_arm

@@ -6,8 +6,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.running import run_here
+from tests.simulated_poses import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.identify.genetic_tabu import PoseFitness
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.kinematics.arm_file import find_arm

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.simulated_poses import XIONG_2015_ERRORS, random_joints
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, random_joints
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
 from wpcal.robot.kinematics.forward import forward_kinematics

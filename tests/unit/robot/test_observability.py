@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from tests.simulated_poses import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.core.errors import InputError
-from wpcal.robot.identify.identifiability import TRACKER, XIONG_2015_ERRORS, random_joints, simulate_poses
+from wpcal.robot.identify.identifiability import TRACKER
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observability import LIMIT_MARGIN_RAD, plan_poses
 from wpcal.robot.identify.parameters import KinematicModel, last_link_first

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from tests.simulated_poses import random_joints, simulate_poses
 from wpcal.core.tangent import exp_rotation
-from wpcal.robot.identify.identifiability import random_joints, simulate_poses
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register

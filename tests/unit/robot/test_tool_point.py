@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
+from tests.simulated_poses import random_joints
 from wpcal.cli.main import run
 from wpcal.core.errors import FormatError, GeometryError
 from wpcal.core.records import to_json
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.compensation import correct_points
-from wpcal.robot.identify.identifiability import random_joints
 from wpcal.robot.identify.identification import IdentifyOptions, identify_arm
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters

@@ -163,16 +163,13 @@ def test_the_planned_bodies_of_a_torch_are_the_pieces_with_which_seams_are_judge
     """Within 1 mm, at the edge of a body that is wider than its neck, too. Behind its end none are judged."""
     T_flange_tool = RigidTransform(np.eye(3), flange, "flange", "tool")
     felt, bodies = mounted(shape, T_flange_tool), bodies_of_shape(shape, T_flange_tool)
-    nozzle = ((0.0, felt.mouth_mm), (felt.taper_mm, felt.nozzle_radius_mm))
-    rings = [(np.array([0.0, 0.0, z]), np.array([0.0, 0.0, 1.0]), radius) for z, radius in nozzle]
-    for tube in felt.tubes:
+    ahead = np.array([0.0, 0.0, 1.0])
+    rings = [(0.0 * ahead, ahead, felt.mouth_mm), (felt.taper_mm * ahead, ahead, felt.nozzle_radius_mm)]
+    for before, tube in pairwise((felt.nozzle_tubes[-1], *felt.tubes)):
         way = (tube.end - tube.start) / np.linalg.norm(tube.end - tube.start)
-        ahead = tube.start - 0.1 * way, way, (rings[-1][2] + tube.radius_mm) / 2
-        rings += [
-            *[ahead] * (tube.radius_mm > rings[-1][2] + 2.0),
-            (tube.start, way, tube.radius_mm),
-            ((tube.start + tube.end) / 2, way, tube.radius_mm),
-        ]
+        rings += [(at, way, tube.radius_mm) for at in (tube.start, (tube.start + tube.end) / 2)]
+        if tube.radius_mm > before.radius_mm + 2.0:
+            rings.append((tube.start - 0.1 * way, way, (before.radius_mm + tube.radius_mm) / 2))
     turn, side = np.arange(0.0, 2 * np.pi, 0.1)[:, None], np.array([0.0, 1.0, 0.0])
     for at, way, radius in rings:
         circle = np.cos(turn) * side + np.sin(turn) * np.cross(way, side)

@@ -91,8 +91,8 @@ def _one_robot(record: Mapping[str, Any], path: Path) -> Cell:
     robot = record["torch_robot"]
     if robot.get("T_flange_tool") is None:
         raise InputError(
-            "torch_robot: T_flange_tool is missing: the tool centre point of the torch (wpcal cell new --tool, or "
-            "--tool-from with a program of the controller)"
+            "torch_robot: T_flange_tool is missing: the tool, whose origin is the tip of the wire (wpcal cell new "
+            "--tool, or --tool-from with a program of the controller)"
         )
     arm = arm_beside(str(robot["arm"]), path)
     rail = None if robot.get("rail") is None else rail_from_record(robot["rail"])

@@ -161,7 +161,6 @@ class TouchOptions:
             raise InputError(f"the pattern {self.pattern} has its number of touches: leave it or the tolerance away")
         if not 0.0 < self.wire_mm < 2.0 * self.torch.mouth_mm:
             raise InputError(f"the wire: expected a diameter above 0 and below the nozzle's, got {self.wire_mm:g} mm")
-        self.torch.require_on_it(self.standoff_mm)
 
     def count(self, bodies: int = 1) -> int:
         """Return how many searches a part of so many bodies gets; with a tolerance, how many at least."""

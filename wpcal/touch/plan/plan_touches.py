@@ -55,6 +55,7 @@ def plan_touches(
 
     Raises `GeometryError` when the part has no seam, no face can be touched, or the touches leave a motion free. The
     message names it and what would help.
+    Raises `InputError` when the tool centre point is not on the torch.
     """
     if not any(len(seam.frames) for seam in part.seams):
         raise GeometryError(
@@ -64,9 +65,9 @@ def plan_touches(
     up = T.R.T @ (np.array(options.up_base) / np.linalg.norm(options.up_base))
     place = PartPlace.of(part.trimmed, up, part.tacked)
     materials = [part.material or ExactMaterial(part.graph, part.trimmed), *bodies]
+    displaced = _displaced(part, materials[0], place, options)
     found = find_searches(part.graph, part.trimmed, materials, place, options, progress)
     notes: tuple[str, ...] = ()
-    displaced = replace(_displaced(part, materials[0], place, options), standoff_mm=options.standoff_mm)
     strokes = found.strokes.select(displaced.lets_start(found.strokes, options.torch, options.wire_mm))
     if len(strokes) == 0:
         raise GeometryError(
@@ -174,9 +175,12 @@ def _why_free(graph: BrepGraph, design: TouchDesign, found: Candidates, place: P
 
 
 def _displaced(part: TouchPart, material: Material, place: PartPlace, options: TouchOptions) -> DisplacedPart:
+    options.torch.require_on_it(options.standoff_mm)
     if part.tacked is None:
-        return DisplacedPart.of(material, place.centre, options.nominal)
-    return DisplacedPart.of_bodies(material, part.graph, place, part.tacked, options.nominal)
+        found = DisplacedPart.of(material, place.centre, options.nominal)
+    else:
+        found = DisplacedPart.of_bodies(material, part.graph, place, part.tacked, options.nominal)
+    return replace(found, standoff_mm=options.standoff_mm)
 
 
 def _chosen(

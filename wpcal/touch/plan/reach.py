@@ -146,7 +146,16 @@ class ArmReach:
         )
 
     def _passes(self, air: Air, way: FloatArray) -> bool:
-        """Tell whether the torch passes the part on a way of the joints, wherever the part stands."""
+        """Tell whether the torch passes the part on a way of the joints, wherever the part stands.
+
+        To a search the programs lead in lines, with the axes of `TouchPlan.axes`; home they move the joints.
+        """
+        from_home, to_home = ((q == self.cell.home).all() for q in way[[0, -1]])
+        turned = 0 if from_home else (len(way) - 2) // 2
+        ends = self._tools(way)
+        R = ends[[0] * (1 + turned) + [-1] * (len(way) - 1 - turned), :3, :3]
+        if not to_home and not air.part.lets_pass(air.torch, air.wire_mm, ends[:, :3, 3], R):
+            return False
         states = [way[:1]]
         for a, b in pairwise(way):
             reach = float(np.linalg.norm(np.diff(self._tools(np.stack([a, b]))[:, :3, 3], axis=0)))

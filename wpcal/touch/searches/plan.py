@@ -202,10 +202,10 @@ class TouchPlan:
     def axes(self, number: int) -> FloatArray:
         """Return the axes of the tool at `via`, approach, start, end and retract of a search in `part`, (k + 4, 3, 3).
 
-        It turns in the middle of the way, which is over the part; with an arm, on the way to the first of `via`.
+        It turns in the middle of the way, which is over the part.
         """
         search, before = self.searches[number], self.searches[max(number - 1, 0)]
-        turned = len(search.via) // 2 if search.joints is None else 0
+        turned = len(search.via) // 2
         return np.stack([before.R_part_tool] * turned + [search.R_part_tool] * (len(search.via) - turned + 4))
 
     def ahead(self, search: Search) -> FloatArray:

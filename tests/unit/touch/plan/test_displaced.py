@@ -14,6 +14,7 @@ from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan import NominalError, TouchOptions, plan_touches
 from wpcal.touch.plan.displaced import DisplacedPart, poses_between
 from wpcal.touch.plan.free import torch_keeps_away
@@ -99,5 +100,7 @@ def test_a_part_that_no_search_can_start_at_is_one_line(monkeypatch: pytest.Monk
 
 
 def test_a_tool_centre_point_behind_the_torch_is_one_line() -> None:
+    part, long = touch_part("tee"), TorchShape(length_mm=500.0)
     with pytest.raises(InputError, match="the standoff: expected 0 to 300 mm, where the torch ends, got 400 mm"):
-        TouchOptions(standoff_mm=400.0)
+        plan_touches(part, options=TouchOptions(standoff_mm=400.0))
+    assert plan_touches(part, options=replace(TouchOptions(standoff_mm=400.0), torch=long)).standoff_mm == 400.0

@@ -10,17 +10,24 @@ import pytest
 from cad.cli.touches import ArmAsked
 from tests.one_robot_cells import TEE, fixed_cell
 from tests.touch_parts import touch_part
+from tests.unit.conftest import box_mesh
 from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh import PartMesh
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.records import to_json
+from wpcal.core.same_bits import poses
+from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.new_cell import bare_cell
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.touch.plan import TouchOptions, plan_touches
+from wpcal.touch.plan.displaced import DisplacedPart
+from wpcal.touch.plan.options import NominalError
+from wpcal.touch.plan.order import Air
 from wpcal.touch.plan.reach import MOST_TURN_RAD, ArmReach
 from wpcal.touch.searches import plan_from_record, touches_record
 
@@ -99,3 +106,17 @@ def test_the_tool_of_an_arm_is_the_tool_centre_point_and_its_tip_makes_the_searc
         T = cell.arm.forward(search.joints) @ T_tool
         tips = place.apply(np.stack([search.approach, search.start, search.end]))
         np.testing.assert_allclose(T[:, :3, 3] + 15.0 * T[:, :3, 2], tips, rtol=0, atol=PLACE_MM)
+
+
+def test_a_way_to_a_search_is_free_in_lines_too_as_programs_write_it(
+    reach: ArmReach, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the way of the joints the torch lies under a plate; with the axes of the search it stands in the plate."""
+    plate = TriangleMaterial.of(PartMesh((box_mesh("plate", (-90, -90, 60), (90, 90, 70)),), 0.01, 0.5))
+    part = DisplacedPart.of(plate, np.zeros(3), NominalError(sigma_mm=0.1, sigma_rad=1e-3))
+    air, down = Air([plate], USUAL_TORCH, 1.2, np.eye(3)[2], 100.0, 3.0, part), np.array([np.pi, 0.0, 0.0])
+    monkeypatch.setattr(ArmReach, "_tools", lambda _, q: poses(exp_rotation(q[:, 3:] - down), q[:, :3]))
+    far, under = [0.0, -700.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, np.pi / 2, 0.0, 0.0]
+    assert not reach._passes(air, np.array([far, under, far]))
+    monkeypatch.setattr(DisplacedPart, "lets_pass", lambda *_: True)
+    assert reach._passes(air, np.array([far, under, far]))
