@@ -8,6 +8,7 @@ import pytest
 from tests.attack.__main__ import NEVER
 from tests.attack.faults import Job, kill_at_random, write_twice
 from tests.e2e.every_command import write_inputs
+from tests.few import few
 
 
 @pytest.fixture(scope="module")
@@ -22,12 +23,12 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("number", few([signal.SIGKILL, signal.SIGTERM], 1))
 def test_killed_at_random_moments(job: Job, number: signal.Signals) -> None:
     assert not {*NEVER} & {*+kill_at_random(job, number, 3, random.Random(15))}
 
 
-@pytest.mark.parametrize("force", [True, False])
+@pytest.mark.parametrize("force", few([True, False], 1))
 def test_two_writers(job: Job, force: bool) -> None:
     found = write_twice(job, 1, force=force)
     assert not {*NEVER, "temporary folder left"} & {*+found}

@@ -51,9 +51,8 @@ class OpenPage:
         return box["x"] + found["x"], box["y"] + found["y"]
 
 
-@pytest.fixture
-def open_page(browser: Any) -> Iterator[Any]:
-    """Return a function that opens a file (or an address) and waits until the page is complete."""
+def _opener(browser: Any) -> Iterator[Any]:
+    """Yield a function that opens a file (or an address) and waits until the page is complete."""
     contexts = []
 
     def opened(target: Path | str, *, width: int = 1280, height: int = 900) -> OpenPage:
@@ -70,6 +69,12 @@ def open_page(browser: Any) -> Iterator[Any]:
     yield opened
     for context in contexts:
         context.close()
+
+
+open_page = pytest.fixture(_opener)
+open_pages = pytest.fixture(
+    _opener, scope="module"
+)  #: Pages that several tests look at: opening costs more than looking.
 
 
 class Picker:

@@ -82,6 +82,7 @@ def test_an_existing_table_is_opened_and_saved_back(start: Any, open_page: Any, 
     assert opened.said == []
 
 
+@pytest.mark.deep
 def test_a_reload_shows_what_was_typed_and_asks_nothing(start: Any, open_page: Any, taught: Path) -> None:
     opened = open_page(start(TEE / "tee.step").url)
     asked: list[str] = []

@@ -85,6 +85,7 @@ def test_pick_type_save_calibrate(start: Any, open_page: Any, places: dict[str, 
     assert out.startswith(f"saved taught.csv; now: wpcal calibrate {TEE / 'tee.step'} taught.csv --tolerance-mm 0.4 -o")
 
 
+@pytest.mark.deep
 def test_the_pointer_names_the_nearest_feature(start: Any, open_page: Any, places: dict[str, list[float]]) -> None:
     opened = open_page(start(TEE / "tee.step").url)
     x, y = opened.project(places["H1"])
@@ -146,6 +147,7 @@ def test_a_program_is_read_and_its_frame_asked_for(start: Any, open_page: Any, t
     assert all(shown(opened).values())
 
 
+@pytest.mark.deep
 def test_names_that_look_like_markup_stay_names(start: Any, open_page: Any, tmp_path: Path) -> None:
     hostile = "</script><img src=x onerror=window.hacked=1>"
     rows = [f"{name if name != 'V2' else hostile},{','.join(xyz)},{name}" for name, xyz in VALUES.items()]

@@ -62,6 +62,7 @@ def test_a_click_goes_to_a_seam_and_the_arm_moves_with_the_time(planned, page):
     assert np.abs(page.pixels() - there).max() > 40.0  # at home again
 
 
+@pytest.mark.deep
 def test_play_runs_from_where_it_is(page):
     time = "Number(document.querySelector('[data-test=time]').value)"
     before = page.page.evaluate(time)

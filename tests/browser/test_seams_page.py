@@ -30,6 +30,7 @@ def test_the_page_stands_alone_and_lists_the_seams(open_page: Any, written: tupl
     assert [row.split("\t")[1] for row in rows] == [seam["name"] for seam in record["seams"]]
 
 
+@pytest.mark.deep
 def test_the_pointer_on_a_seam_says_which_it_is(open_page: Any, written: tuple[Path, Any]) -> None:
     page, record = written
     opened = open_page(page)
@@ -42,6 +43,7 @@ def test_the_pointer_on_a_seam_says_which_it_is(open_page: Any, written: tuple[P
     assert f"{seam['length_mm']:.3f} mm" in said
 
 
+@pytest.mark.deep
 def test_a_name_that_looks_like_markup_stays_a_name(open_page: Any, written: tuple[Path, Any], tmp_path: Path) -> None:
     record = json.loads(json.dumps(written[1]))
     record["seams"][0]["solids"] = [HOSTILE, HOSTILE]

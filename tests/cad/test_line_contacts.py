@@ -12,6 +12,7 @@ from build123d import Axis, Plane, Polyline, make_face, revolve
 
 from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
+from tests.few import few
 from tests.samples.graphs import UP, graph_of
 from wpcal.brep import BrepGraph
 from wpcal.seam import Seam, detect_seams
@@ -55,7 +56,7 @@ def require_welds(found: list[Seam], gap: float, words: tuple[JointType, WeldTyp
     assert found[0].frames.R[0, :, 2] @ found[1].frames.R[0, :, 2] < 0.3
 
 
-@pytest.mark.parametrize("gap", [0.0, 0.4, 1.5, 3.0])
+@pytest.mark.parametrize("gap", few([0.0, 3.0, 0.4, 1.5], 2))
 @pytest.mark.parametrize("name", list(RIGHT))
 def test_a_groove_without_a_root_face_is_a_butt_weld_from_either_side(name: str, gap: float) -> None:
     left = SQUARE if name == "half V" else [(-x, z) for x, z in RIGHT[name]]
@@ -83,7 +84,7 @@ def test_a_plate_that_stands_on_its_edge_is_welded_where_it_is_open() -> None:
     assert [seam.frames.R[0, 0, 2] < 0 for seam in found if seam.accepted] == [True]
 
 
-@pytest.mark.parametrize("gap", [0.0, 2.5])
+@pytest.mark.parametrize("gap", few([2.5, 0.0], 1))
 def test_pipes_with_bevelled_ends_are_welded_from_outside(gap: float) -> None:
     outline = [(50, gap / 2), (58, gap / 2 + 5), (58, 100), (50, 100), (50, gap / 2)]
     pipes = [

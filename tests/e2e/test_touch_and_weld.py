@@ -83,7 +83,7 @@ def drawn(seed, count):
 
 
 @pytest.mark.parametrize("brand", few(BRANDS, 1))
-@pytest.mark.parametrize(("part", "standoff_mm"), few([("tee", 0), ("tee", 15), ("saddle", 0)], 2))
+@pytest.mark.parametrize(("part", "standoff_mm"), few([("tee", 15), ("tee", 0), ("saddle", 0)], 1))
 def test_a_displaced_part_is_welded_where_it_is(part, standoff_mm, brand, jobs, tmp_path):
     job = jobs(part, standoff_mm)
     for moved in drawn(1, 2):
@@ -141,7 +141,7 @@ def test_the_band_of_the_plan_holds_95_percent(brand, jobs, tmp_path):
     assert share_in_band(jobs("tee"), brand, 100, tmp_path) > 0.92
 
 
-@pytest.mark.parametrize("brand", BRANDS)
+@pytest.mark.parametrize("brand", few(BRANDS, 1))
 @pytest.mark.parametrize(("y_mm", "sigma_mm"), [(30.0, 0.0), (0.0, 3.0)])
 def test_a_part_too_far_off_or_that_places_do_not_fit_is_not_welded(brand, y_mm, sigma_mm, jobs, tmp_path):
     run, welded = jobs("tee").run(brand, ((0.0, y_mm, 0.0),), tmp_path, senses=Senses(sigma_mm=sigma_mm))

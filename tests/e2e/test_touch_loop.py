@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.running import run_here
 from tests.touch_parts import touch_part
 from tests.touch_robots.loop import BRANDS, CONFIG, T_FLANGE_TOOL, displacement, planned_frame, run_program
@@ -79,14 +80,8 @@ def error_of_part(planned, part, out, moved):
     return np.linalg.norm(points @ (T - true)[:3, :3].T + (T - true)[:3, 3], axis=1).max()
 
 
-IN_CI = [("tee", "rapid")]
-"""All languages run on the tee in `test_touch_programs`, without the calibration."""
-ALL = [(part, brand) for part in FOUND_MM for brand in BRANDS]
-
-
-@pytest.mark.parametrize(
-    ("part", "brand"), [pytest.param(*each, marks=[] if each in IN_CI else pytest.mark.deep) for each in ALL]
-)
+@pytest.mark.parametrize("brand", few(BRANDS, 1))  # `test_touch_programs` runs all, without the calibration
+@pytest.mark.parametrize("part", few(FOUND_MM, 1))
 def test_the_place_is_found_to_the_stored_digits(part, brand, planned, tmp_path):
     ran = run(planned, part, brand, TURNED, tmp_path / "results")
     assert ran.run.is_finished
@@ -110,9 +105,7 @@ def test_the_error_of_the_seams_is_that_of_the_plan(planned, tmp_path):
         assert found[each["seam"]] == pytest.approx(each["error_95_mm"], rel=0.15)
 
 
-@pytest.mark.parametrize(
-    "brand", [pytest.param(name, marks=[] if name in {"krl", "as"} else pytest.mark.deep) for name in BRANDS]
-)
+@pytest.mark.parametrize("brand", few(BRANDS, 2))
 def test_missed_searches_are_told(brand, planned, tmp_path):
     """The part is too low: searches from above and at the upper borders of faces end above it."""
     ran = run(planned, "tee", brand, ((0.0, 0.0, -9.0),), tmp_path / "results")
@@ -126,7 +119,7 @@ def test_missed_searches_are_told(brand, planned, tmp_path):
         assert f"{name} missed" in told, told
 
 
-@pytest.mark.parametrize("brand", ["rapid", "urscript"])
+@pytest.mark.parametrize("brand", few(["rapid", "urscript"], 1))
 def test_a_signal_that_was_on_is_told(brand, planned, tmp_path):
     senses = Senses(always_on=True)
     ran = run(planned, "tee", brand, ((0.0, 0.0, 0.0),), tmp_path / "results", senses=senses)
@@ -137,25 +130,16 @@ def test_a_signal_that_was_on_is_told(brand, planned, tmp_path):
 
 
 WRONG = {
+    "mirrored": (((0.0, 0.0, 0.0),), True),
     "20 mm along x": (((20.0, 0.0, 0.0),), False),
     "20 mm along y": (((0.0, 20.0, 0.0),), False),
     "20 mm too low": (((0.0, 0.0, -20.0),), False),
-    "mirrored": (((0.0, 0.0, 0.0),), True),
     "turned by 2 degrees": (((0.0, 0.0, 0.0), (0.0, 0.0, 2.0)), False),
 }
 
 
-WRONG_IN_CI = {("frame", "20 mm along y"), ("frame", "mirrored")}
-
-
-@pytest.mark.parametrize(
-    ("part", "wrong"),
-    [
-        pytest.param(part, wrong, marks=[] if (part, wrong) in WRONG_IN_CI else pytest.mark.deep)
-        for part in ("frame", "saddle")
-        for wrong in WRONG
-    ],
-)
+@pytest.mark.parametrize("part", few(["frame", "saddle"], 1))
+@pytest.mark.parametrize("wrong", few(WRONG, 1))
 def test_a_part_that_stands_wrong_does_not_pass(part, wrong, planned, tmp_path):
     moved, mirrored = WRONG[wrong]
     try:

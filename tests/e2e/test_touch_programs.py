@@ -39,7 +39,7 @@ def run(brand, programs, tee, out, moved, **options):
     return run_program(brand, programs / brand, solid, out, **options)
 
 
-@pytest.mark.parametrize("brand", few(BRANDS, 2))
+@pytest.mark.parametrize("brand", few(BRANDS, 1))
 def test_a_part_in_its_place_is_touched_where_the_plan_says(brand, programs, tee, tmp_path):
     ran = run(brand, programs, tee, tmp_path, ((0.0, 0.0, 0.0),))
     assert ran.run.is_finished

@@ -29,6 +29,7 @@ def test_a_document_is_saved_and_opened_with_and_without_the_workbench(home: Pat
         run_inside("case_saving", user, WPCAL_TEST_STEP=step, WPCAL_TEST_FOLDER=str(home / "work"))
 
 
+@pytest.mark.deep
 def test_the_smoke_test_works_without_a_window(tmp_path: Path) -> None:
     mod = install_addon(tmp_path)
     environment = freecad_environment(tmp_path)

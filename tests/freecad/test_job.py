@@ -1,4 +1,7 @@
-"""The whole job in FreeCAD's window: one run of `inside/steps_job.py`, and what it left."""
+"""The whole job in FreeCAD's window: one run of `inside/steps_job.py`, and what it left.
+
+A push plays it until all points are touched, and has the whole job without the window (`test_headless.py`).
+"""
 
 import json
 import os
@@ -22,28 +25,37 @@ FEWEST_COLOURS = 20  #: A window that was not drawn has one or two colours.
 PICTURES = ("seams", "touches", "calibrate", "placed", "export")
 
 
-@pytest.fixture(scope="module")
-def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[WindowRun, Path]:
+def run_steps(folder: Path, **environment: str) -> WindowRun:
     if missing_tools():
         pytest.skip(f"not installed: {', '.join(missing_tools())}")
-    folder = tmp_path_factory.mktemp("job")
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {"WPCAL_TEE": str(TEE), "PATH": path, "WPCAL_CACHE": "off"}
+    environment |= {"WPCAL_TEE": str(TEE), "PATH": path, "WPCAL_CACHE": "off"}
     addon = install_addon(folder) / "WpCal"
-    run = run_in_window(STEPS, folder, seconds=LONGEST_S, addon=addon, environment=environment)
-    return run, folder
+    return run_in_window(STEPS, folder, seconds=LONGEST_S, addon=addon, environment=environment)
 
 
-def test_a_click_and_typed_coordinates_become_the_golden_calibration(job: tuple[WindowRun, Path]) -> None:
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[WindowRun, Path]:
+    folder = tmp_path_factory.mktemp("job")
+    return run_steps(folder), folder
+
+
+def test_clicks_and_typed_coordinates_have_the_golden_residuals(tmp_path: Path) -> None:
+    facts = run_steps(tmp_path, WPCAL_ONLY_TOUCHES="1").facts
+    golden = json.loads((TEE / "golden" / "calibration.json").read_text(encoding="utf-8"))
+    assert facts["summary"].startswith("PASS")
+    assert facts["residuals"] == [f"{point['distance_mm']:.3f}" for point in golden["points"]]
+
+
+@pytest.mark.deep
+def test_they_become_the_golden_calibration(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
     golden = json.loads((TEE / "golden" / "calibration.json").read_text(encoding="utf-8"))
     assert run.facts["verdict"] == golden["verdict"] == run.facts["verdict again"]
     np.testing.assert_allclose(run.facts["pose"], golden["T_base_part"], rtol=0, atol=SAME_POSE)
-    assert run.facts["summary"].startswith("PASS")
-    distances = [f"{point['distance_mm']:.3f}" for point in golden["points"]]
-    assert run.facts["residuals"] == distances
 
 
+@pytest.mark.deep
 def test_the_preferences_find_wpcal_and_say_how_to_install_it(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
     assert Path(run.facts["found"]).samefile(Path(sys.executable).parent / "wpcal")
@@ -51,6 +63,7 @@ def test_the_preferences_find_wpcal_and_say_how_to_install_it(job: tuple[WindowR
     assert "pipx install" in run.facts["missing"]
 
 
+@pytest.mark.deep
 def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
     finished = read_finished(Path(run.facts["result"]))
@@ -64,6 +77,7 @@ def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple
     assert len(plan["searches"]) == 6
 
 
+@pytest.mark.deep
 def test_options_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
     assert run.facts["verdict for 0.2 mm"] == "UNSURE"
@@ -77,6 +91,7 @@ def test_options_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowR
     assert sum(name.startswith("Frame_") for name in kept) == 4  # both ends of two seams
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", PICTURES)
 def test_the_pictures_for_the_docs_show_something_and_are_small(job: tuple[WindowRun, Path], name: str) -> None:
     _, folder = job

@@ -33,8 +33,9 @@ pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
 TORCHES = (*sorted(each.shape.name for each in shipped_torches()), "on its flange")
-# seed 9 is small; in 26 a cone grazes an edge; in 78 one is 5 µm in front of a mouth, nearer than triangles can tell
 FIRST = (("robot-22", 9), ("robot-22", 26), ("robot-45", 78))
+"""A push runs the first, a small one. In 26 a cone grazes an edge; in 78 one is 5 µm in front of a mouth, nearer than
+triangles can tell: both have unit tests."""
 CASES = (*FIRST, *(each for each in product(TORCHES, range(200)) if each not in FIRST))
 
 
@@ -55,7 +56,7 @@ def dense(p):
     return np.concatenate([np.linspace(a, b, n + 1) for a, b, n in zip(p[:-1], p[1:], counts, strict=True)])
 
 
-@pytest.mark.parametrize(("cell", "seed"), few(CASES, len(FIRST)), indirect=["cell"])
+@pytest.mark.parametrize(("cell", "seed"), few(CASES, 1), indirect=["cell"])
 def test_every_accepted_millimetre_is_exported_and_planned(seed: int, cell: Path, tmp_path: Path) -> None:
     pytest.importorskip("fcl", reason="python-fcl is not installed")
     out, _ = calibrated(write_bracket(seed, tmp_path), tmp_path, "--torch", cell)

@@ -77,7 +77,7 @@ def test_the_parts_of_the_error_are_within_the_whole() -> None:
     assert values.min() > -1e-9
 
 
-@pytest.mark.parametrize("each", [1, 6])
+@pytest.mark.parametrize("each", few([1, 6], 1))
 def test_a_fifth_of_rigid_parts_has_a_p_below_a_fifth(each: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """With few touches too; drawn parts are fewer here than in use, which is coarser."""
     monkeypatch.setattr(evidence, "DRAWS", 400)

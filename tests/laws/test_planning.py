@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.chain_error import chain_error
-from tests.saddle import COARSE, THINNED, changed, coarse_search, saddle_problem, shared_search
+from tests.saddle import COARSE, changed, coarse_search, saddle_problem, shared_search
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.closed_chain import SeamPath
@@ -27,30 +27,19 @@ LARGEST_STEP_RAD = np.radians(30.0)
 """No joint moves more between points that are 9 mm apart; a wrap would be 360 degrees."""
 
 
-@pytest.fixture(scope="module")
-def problem():
-    return saddle_problem(THINNED)
-
-
-@pytest.fixture(scope="module")
-def cell(problem):
-    return problem.cell
-
-
-@pytest.fixture(scope="module")
-def path(problem):
-    return problem.path
-
-
-@pytest.fixture(scope="module")
+@pytest.fixture
 def result():
     return shared_search().result
 
 
-@pytest.fixture(scope="module")
-def coarse():
-    """Few points of the seam, for searches in another cell that are compared with the shared one."""
-    return saddle_problem(COARSE)
+@pytest.fixture
+def cell(result):
+    return result.problem.cell
+
+
+@pytest.fixture
+def path(result):
+    return result.problem.path
 
 
 def frames_of(cell, path, plan):
@@ -125,14 +114,16 @@ def assert_alike(one, other):
         np.testing.assert_allclose(a.q, b.q, rtol=0, atol=SAME_PLAN_RAD)
 
 
-def test_a_cell_moved_on_its_floor_plans_alike(cell, coarse):
+def test_a_cell_moved_on_its_floor_plans_alike(cell):
     move = RigidTransform(rotation_from_zyx(0.0, 0.0, np.pi / 2), [1000.0, 2000.0, 300.0], "world", "world")
     bench = tuple(replace(b, p=move.apply(b.p), q=move.apply(b.q), hull=move.apply(b.hull)) for b in cell.bench)
     moved = changed(cell, T_world_base=move @ cell.T_world_base, T_world_base2=move @ cell.T_world_base2, bench=bench)
-    assert_alike(shared_search().coarse, coarse_search(replace(coarse, cell=moved)))
+    assert_alike(shared_search().coarse, coarse_search(replace(saddle_problem(COARSE), cell=moved)))
 
 
-def test_other_coordinates_of_the_part_plan_alike(cell, coarse):
+@pytest.mark.deep
+def test_other_coordinates_of_the_part_plan_alike(cell):
+    coarse = saddle_problem(COARSE)
     turn = RigidTransform(rotation_from_zyx(0.3, -0.4, 1.0), [10.0, 20.0, -30.0], "part", "part")
     part = tuple(replace(b, p=turn.apply(b.p), q=turn.apply(b.q)) for b in cell.part)
     other = replace(cell, T_carrier_part=cell.T_part @ turn.inverse(), part=part)

@@ -83,7 +83,7 @@ def assert_same_places(pairs: PointPairs, fit, within_mm: float = SAME_PLACE_MM)
 
 
 @pytest.mark.parametrize("slip", few(["exchanged", "mirrored", "shifted", "none", "mixed"], 2))
-@pytest.mark.parametrize("part", few(sorted(PARTS, key=lambda part: len(PARTS[part])), 6))
+@pytest.mark.parametrize("part", few(sorted(PARTS, key=lambda part: len(PARTS[part])), 3))
 def test_a_symmetric_part_has_one_answer(part: str, slip: str) -> None:
     pairs = taught(part, slip, 0.0)
     within_mm = FLAT_VALLEYS_MM.get((part, slip), SAME_PLACE_MM)
@@ -92,12 +92,12 @@ def test_a_symmetric_part_has_one_answer(part: str, slip: str) -> None:
 
 
 @pytest.mark.parametrize("slip", few(["exchanged", "mirrored"], 2))
-@pytest.mark.parametrize("part", ["square", "hexagon", "tetrahedron", "box"])
+@pytest.mark.parametrize("part", few(["square", "tetrahedron", "hexagon", "box"], 2))
 def test_a_noisy_symmetric_part_has_one_answer(part: str, slip: str) -> None:
     assert_same_places(taught(part, slip, 0.3), lambda some, start: solve_minimax(some, start=start).T)
 
 
-@pytest.mark.parametrize("part", ["square", "hexagon", "cube", "octahedron"])
+@pytest.mark.parametrize("part", few(["square", "cube", "hexagon", "octahedron"], 2))
 def test_the_other_placements_are_as_good(part: str) -> None:
     seen = 0
     for slip in ("exchanged", "shifted", "mixed", "mirrored"):

@@ -10,7 +10,7 @@ from wpcal.core.motion import WELD_SPEED_MM_S
 
 pytestmark = pytest.mark.many
 
-SHOWN = 4  #: Every fourth path of the shared sweep: enough to choose from.
+SHOWN = 8  #: Every eighth path of the shared sweep: enough to choose from.
 
 
 @pytest.fixture(scope="module")

@@ -308,7 +308,7 @@ def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
 WEAVES = {"shape": "zigzag", "width_mm": 4, "length_mm": 4}
 
 
-@pytest.mark.parametrize("language", few(LANGUAGE_FILES, 3))
+@pytest.mark.parametrize("language", few(LANGUAGE_FILES, 1))
 def test_tacks_come_first_then_every_bead_and_a_weave_is_made_of_points(exported, language):
     tacks = {"length_mm": 10, "pitch_mm": 45}
     stated = {"leg_mm": 12, "passes": 2, "weave": WEAVES, "tacks": tacks, "speed_mm_s": 5}

@@ -248,6 +248,8 @@ def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:
     assert found.common is not None
     assert found.offsets
     assert found.explanation is not None
+    of_one_field = [node.log_prior for node in found.explanation.nodes[:3]]  # and three errors of the hand
+    assert of_one_field[1] > max(of_one_field[0], of_one_field[2])
     at = found.part.places(np.array([[0, 0], [2, 1], [5, 0]]))
     every = [one for causes, nodes in found.explanation._models for one in found.explanation._given(causes, nodes, at)]
     weights, means, covariances = (np.array(column) for column in zip(*every, strict=True))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -86,22 +87,25 @@ def welded(seam, **more):
 
 @pytest.fixture(scope="module")
 def programs(saddle, straight):
-    """All programs, dry and with the arc: by seam, arc and language."""
-    found = {}
-    for name, (cell, run, seam) in (("saddle", saddle), ("straight", straight)):
-        for arc in (None, ArcSettings(4)):
-            tacks = {"tacks": {"length_mm": 8.0, "pitch_mm": 50.0}} if name == "straight" else {}
-            held = HeldWeld(seam=seam, weld=None if arc is None else welded(seam, **tacks), arc=arc)
-            files, refusals, motions = possible_coordinated(run, cell, held)
-            found[name, arc is not None] = by_language(files), refusals, motions
-    return found
+    """Return a function for all programs of a seam, dry or with the arc: by language."""
+
+    @cache
+    def made(which, burns):
+        cell, run, seam = {"saddle": saddle, "straight": straight}[which]
+        tacks = {"tacks": {"length_mm": 8.0, "pitch_mm": 50.0}} if which == "straight" else {}
+        arc = ArcSettings(4) if burns else None
+        held = HeldWeld(seam=seam, weld=welded(seam, **tacks) if burns else None, arc=arc)
+        files, refusals, motions = possible_coordinated(run, cell, held)
+        return by_language(files), refusals, motions
+
+    return made
 
 
 @pytest.mark.parametrize("burns", few([False, True], 1))
 @pytest.mark.parametrize("which", ["saddle", "straight"])
 def test_every_language_keeps_to_the_seam_in_the_held_part(which, burns, programs, request):
     cell, run, seam = request.getfixturevalue(which)
-    files, refusals, motions = programs[which, burns]
+    files, refusals, motions = programs(which, burns)
     assert set(files) == set(motions)
     assert set(files) == set(READERS), refusals
     for name, own in files.items():
@@ -112,11 +116,11 @@ def test_every_language_keeps_to_the_seam_in_the_held_part(which, burns, program
 
 def test_the_straight_seam_has_one_line_and_the_saddle_few_arcs(programs):
     """The marks are those where the seam, or the turn of the part, needs them."""
-    for name, motion in programs["straight", False][2].items():
+    for name, motion in programs("straight", False)[2].items():
         ends = [type(move) for move in motion.moves.moves]
         assert Arc not in ends, name
         assert len(ends) <= 4, name  # a sine of 4 degrees within 1 degree, in lines of robot 2
-    motions = {name: each for name, each in programs["saddle", False][2].items() if name != "fanuc"}  # it has no arcs
+    motions = {name: each for name, each in programs("saddle", False)[2].items() if name != "fanuc"}  # it has no arcs
     assert {len(motion.moves.moves) for motion in motions.values()} == {len(motions["rapid"].moves.moves)}
     assert len(motions["rapid"].moves.moves) <= 20
     assert len(motions["rapid"].run.plan) == 73
@@ -124,7 +128,7 @@ def test_the_straight_seam_has_one_line_and_the_saddle_few_arcs(programs):
 
 def test_the_arm_follows_what_was_read_without_a_jump(programs, saddle, straight):
     for which, (cell, run, _) in (("saddle", saddle), ("straight", straight)):
-        for name, own in programs[which, False][0].items():
+        for name, own in programs(which, False)[0].items():
             torch, part, _ = followed(READERS[name](own, cell), cell, 5)
             flange = cell.T_world_base.inverse().matrix @ part @ torch @ cell.T_flange_tool.inverse().matrix
             joints = follow_path(cell.arm, flange, run.q[0, :6])
@@ -132,8 +136,8 @@ def test_the_arm_follows_what_was_read_without_a_jump(programs, saddle, straight
 
 
 def test_all_say_that_they_are_dry_or_not_what_was_checked_and_which_tack_welds_are_missing(programs):
-    for (which, burns), (files, *_) in programs.items():
-        for own in files.values():
+    for which, burns in (("saddle", False), ("straight", False), ("straight", True)):
+        for own in programs(which, burns)[0].values():
             text = re.sub(r"^ *\d+:", "", next(iter(own.values())), flags=re.MULTILINE)
             first = re.sub(r"[\r\n;!'\s]+", " ", text)
             assert ("DRY RUN" in first) != burns
@@ -144,7 +148,7 @@ def test_all_say_that_they_are_dry_or_not_what_was_checked_and_which_tack_welds_
 
 def test_a_run_without_room_for_approach_and_retract_begins_and_ends_on_the_seam(straight, programs):
     cell, run, seam = straight
-    for name, motion in programs["straight", False][2].items():
+    for name, motion in programs("straight", False)[2].items():
         bare = dataclasses.replace(motion, approach=None, retract=None)
         program = build_coordinated_program(bare, seam)
         assert len(program.path) == len(motion.moves)
@@ -155,8 +159,8 @@ def test_a_run_without_room_for_approach_and_retract_begins_and_ends_on_the_seam
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of pyparsing, in rapidchecker
 def test_rapid_is_what_another_grammar_takes(programs):
     check = pytest.importorskip("rapidchecker.check", reason="rapidchecker is not installed")
-    for which in (("straight", True), ("saddle", False)):
-        for text in programs[which][0]["rapid"].values():
+    for which, burns in (("straight", True), ("saddle", False)):
+        for text in programs(which, burns)[0]["rapid"].values():
             assert check.check_format(text) == []
 
 
@@ -201,13 +205,13 @@ PLANTED = {
 def test_a_planted_fault_is_found(name, fault, programs, straight):
     """One change in one file; what is in both files of a language is changed in one of them only."""
     cell, run, seam = straight
-    files = programs["straight", False][0][name]
+    files = programs("straight", False)[0][name]
     pattern, by = PLANTED[name][fault]
     row = next(row for row, text in files.items() if re.search(pattern, text, re.DOTALL))
     changed = {**files, row: re.sub(pattern, by, files[row], count=1, flags=re.DOTALL)}
     assert changed != files
     assert faults(changed, name, cell, planned(cell, run, seam)) != []
-    program = build_coordinated_program(programs["straight", False][2][name], seam)
+    program = build_coordinated_program(programs("straight", False)[2][name], seam)
     with pytest.raises(WrittenWrongError, match=r", line \d+: "):
         require_in_step(changed, program, cell)
 
@@ -259,7 +263,7 @@ def test_arms_that_would_meet_are_named_with_the_lines_of_both(name, target, str
 )
 def test_an_arc_instruction_that_is_missing_is_found(name, pattern, programs, straight):
     cell, run, seam = straight
-    files = programs["straight", True][0][name]
+    files = programs("straight", True)[0][name]
     row = next(row for row, text in files.items() if re.search(pattern, text))
     by = {"ArcLStart": "MoveL", "ArcLEnd": "ArcL"}.get(pattern, "")
     assert faults({**files, row: re.sub(pattern, by, files[row])}, name, cell, planned(cell, run, seam)) != []
@@ -289,7 +293,7 @@ AUDITED = {
 @pytest.mark.parametrize("fault", AUDITED)
 def test_the_audit_finds_what_does_not_fit_together(fault, programs, tmp_path):
     name, pattern, by, words = AUDITED[fault]
-    files = programs["straight", True][0][name]
+    files = programs("straight", True)[0][name]
     for file, text in files.items():
         (tmp_path / file).write_bytes(text.encode())
     clean = audit_path(tmp_path)

@@ -63,7 +63,7 @@ def test_the_tool_turns_over_the_part_and_not_on_the_rise() -> None:
     np.testing.assert_allclose((steps.p + 15.0 * steps.R[:, :, 2])[:2], tips, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("standoff_mm", [0.0, 200.0])
+@pytest.mark.parametrize("standoff_mm", few([200.0, 0.0], 1))
 def test_the_torch_passes_a_displaced_part(standoff_mm: float) -> None:
     part = touch_part("saddle")
     options = TouchOptions(nominal=NOMINAL, standoff_mm=standoff_mm)
