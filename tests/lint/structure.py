@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 122_542,
-    "lines of tests": 64_057,
+    "lines of tests": 64_056,
     "rooms": 19,
     "arrows between rooms": 87,
     "imported packages that pyproject.toml does not declare": 0,

@@ -106,7 +106,7 @@ class Cluster:
         dask.config.set({"distributed.comm.timeouts.connect": CONNECT_S})
         try:
             _require_scheduler_at(self._address)
-            self._client = distributed.Client(  # type: ignore[no-untyped-call]
+            self._client = distributed.Client(
                 self._address, timeout=CONNECT_S, set_as_default=False, direct_to_workers=True
             )
         except Exception as error:  # whatever answers at this address: each library of Dask has its own exceptions
@@ -249,8 +249,8 @@ def _require_scheduler_at(address: str) -> None:
     from distributed.security import Security
 
     async def ask() -> Any:
-        settings = Security().get_connection_args("client")  # type: ignore[no-untyped-call]
-        async with rpc(address, timeout=CONNECT_S, connection_args=settings) as there:  # type: ignore[no-untyped-call]
+        settings = Security().get_connection_args("client")
+        async with rpc(address, timeout=CONNECT_S, connection_args=settings) as there:
             return await there.identity()
 
     with ThreadPoolExecutor(1) as thread:  # in this one a loop may run: a notebook, for example
