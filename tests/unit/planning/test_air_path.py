@@ -14,7 +14,7 @@ from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.air_path import AirPlanner
-from wpcal.planning.sequence.motion_check import MotionChecker, motion_per_axis
+from wpcal.planning.sequence.motion_check import MotionChecker, _parted, motion_per_axis
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -136,3 +136,10 @@ def test_bodies_of_two_carriers_approach_each_other_by_no_more_than_their_bound(
                 one, other = (np.stack([frames[k].point(p) for p in some]) for k, some in zip(pair, own, strict=True))
                 apart.append(np.linalg.norm(one - other, axis=1))
             assert (np.abs(apart[1] - apart[0]) <= bound[:, row] + 1e-9).all(), pair
+
+
+def test_the_parts_of_steps_follow_each_other():
+    (one, other, share), ends = _parted(np.arange(3), np.arange(1, 4), np.array([1, 4, 2]), 4)
+    at = np.append(np.arange(4.0), one + share * (other - one))
+    found = sorted(zip(*(at[rows].tolist() for rows in ends), strict=True))
+    assert found == [(1.0, 1.25), (1.25, 1.5), (1.5, 1.75), (1.75, 2.0), (2.0, 2.5), (2.5, 3.0)]

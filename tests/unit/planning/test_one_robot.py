@@ -91,7 +91,7 @@ def test_the_field_is_a_lower_bound_of_the_distance():
     weights = rng.dirichlet([1, 1, 1], (30, 400))
     samples = np.einsum("tsk,tkx->tsx", weights, corners).reshape(-1, 3)
     distance = np.sqrt(((points[:, None] - samples[None, ::7]) ** 2).sum(axis=2)).min(axis=1)
-    bound = field.between(points)[0]
+    bound = field.least(points)
     assert (bound <= distance + ROUND_OFF_MM).all()
     near = distance < 100.0
     assert np.median((distance - bound)[near]) < 4 * field.cell_mm  # it is worth something
@@ -148,7 +148,7 @@ def test_old_cells_are_two_robots_and_new_ones_are_one(on_positioner):
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (lambda r: r["torch_robot"].update(T_flange_tool=None), "T_flange_tool is missing: the tool centre point"),
+        (lambda r: r["torch_robot"].update(T_flange_tool=None), "T_flange_tool is missing: the tool, whose"),
         (lambda r: r["torch_robot"].update(home_deg=[0, 0, 900, 0, 0, 0]), "home: U is beyond its limits"),
         (lambda r: r["torch_robot"].update(home_deg=[0, 0]), "home_deg: expected 6 entries, got 2"),
         (lambda r: r["positioner"].update(arm="mh6"), "a positioner has one or two axes, this one has 6"),

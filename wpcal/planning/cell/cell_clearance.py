@@ -24,8 +24,8 @@ from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, Owner, body_pairs
 from wpcal.planning.cell.cell import TOOL, WORLD, Cell
 from wpcal.planning.cell.clearance import pair_margins, stacked
-from wpcal.planning.cell.distance_field import DistanceField, cover_of
-from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
+from wpcal.planning.cell.distance_field import DistanceField
+from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl, some_planes
 from wpcal.planning.cell.segments import part_distances
 from wpcal.planning.cell.shape import JOINTS, corners_of_box
 from wpcal.robot.kinematics.forward import Frames
@@ -288,7 +288,7 @@ class CellClearance:
         own = np.repeat(np.arange(len(count)), count)
         share = (np.arange(len(own)) - starts[own]) / np.maximum(count[own] - 1, 1)
         places = p[:, own] + share[:, None] * (q - p)[:, own]
-        found = np.minimum.reduceat(self._field.between(places.reshape(-1, 3))[0].reshape(len(p), -1), starts, axis=1)
+        found = np.minimum.reduceat(self._field.least(places.reshape(-1, 3)).reshape(len(p), -1), starts, axis=1)
         margin = found - length / np.maximum(count - 1, 1) / 2 - radius - needed
         return np.asarray(margin, dtype=np.float64)
 
@@ -307,25 +307,20 @@ class CellClearance:
         """Return the margins of the hull of one body from the part at some states, shape (len(rows),), mm."""
         assert self._capsules is not None
         assert self.part is not None
-        assert self._field is not None
         fcl, number = import_fcl(), int(self._capsules.body[column])
         body = self._bodies[number]
         if number not in self._objects:
-            self._objects[number] = convex_hull_object(body.shape), cover_of(body.shape)
+            self._objects[number] = convex_hull_object(body.shape)
         if not self._mesh:
             self._mesh.append(_mesh_object(self.part))
-        hull, cover = self._objects[number]
+        hull = self._objects[number]
         T = product(
             inverse_pose(frames[self.cell.part_row].at(rows).matrices()), frames[body.carrier].at(rows).matrices()
         )
         needed = float(self._capsules.needed_mm[column]) + self.part.deflection_mm
         T = np.broadcast_to(T, (len(rows), 4, 4))
-        margin = cover.beyond_a_face(self._outline, T) - needed
-        near = np.flatnonzero(margin <= 0.0)
-        margin[near], meets = cover.settled(self._field, T[near], needed)
-        margin[near[meets]] = -needed
-        open_rows = near[~meets]
-        for row in open_rows[margin[open_rows] <= 0.0].tolist():
+        margin = beyond_a_face(some_planes(body.shape), self._outline, T) - needed
+        for row in np.flatnonzero(margin <= 0.0).tolist():
             place = T[row]
             hull.setTransform(fcl.Transform(place[:3, :3], place[:3, 3]))
             found = fcl.distance(hull, self._mesh[0], fcl.DistanceRequest(), fcl.DistanceResult())
@@ -352,6 +347,20 @@ class CellClearance:
         if not found:
             return NOTHING
         return np.stack(np.broadcast_arrays(*found)) - level, np.array(which)
+
+
+def beyond_a_face(planes: FloatArray, outline: FloatArray, T: FloatArray) -> FloatArray:
+    """Return lower bounds of the distances of points from a hull: all are beyond one of its faces by this, else 0.
+
+    `planes`: shape (f, 4). Of faces of the hull.
+    `outline`: shape (m, 3). Points in the frame of the surface, mm; the bound holds for their convex hull.
+    `T`: shape (n, 4, 4). ``T_surface_body``, mm.
+    Returns ndarray, shape (n,). mm.
+    """
+    normal = np.einsum("nij,fj->nfi", T[:, :3, :3], planes[:, :3])  # in the frame of the surface
+    off = planes[:, 3] - np.einsum("nfi,ni->nf", normal, T[:, :3, 3])
+    out = np.einsum("nfi,mi->mnf", normal, outline).min(axis=0) + off
+    return np.asarray(np.maximum(out.max(axis=1), 0.0), dtype=np.float64)
 
 
 def _corners(part: TriangleMaterial) -> FloatArray:

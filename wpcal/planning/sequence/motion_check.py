@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import bodies_of
@@ -123,6 +123,7 @@ FIRST_STEP_MM = 150.0  #: Steps of the first round: most of a move is this far f
 LONG_STEP_MM = 800.0
 """The same where many moves are tried of which few are free: most are given up in the first round."""
 ROUND_OFF_MM = 1e-6  #: A move that was free and is divided at other places has a margin that is less by round-off.
+MOST_PARTS = 4  #: A step is divided into so many at once: fewer calls than by halving, hardly more states.
 MOST_HALVINGS = 24  #: Of a triangle: its sides are then a thousandth of what they were.
 LEAST_FREE_MM = 0.25
 """A step is also proved with this free distance at both ends where the safety distances are smaller, as at a corner
@@ -167,13 +168,17 @@ class MotionChecker:
         one, two = self.clearance.names(int(found.pair[row]))
         return f"{one} and {two} miss their safety distance by {-found.margin_mm[row]:.1f} mm"
 
-    def _is_wide(self, a: FloatArray, b: FloatArray, free: FloatArray, trust: float = 1.0) -> BoolArray:
-        """Tell which steps between states (n, k) may use up the free distances (n, c) of their ends, shape (n,)."""
+    def _parts(self, a: FloatArray, b: FloatArray, free: FloatArray, trust: float = 1.0) -> IntArray:
+        """Return into how many parts to divide steps between states (n, k), shape (n,).
+
+        1: the step does not use up the free distances (n, c) of its ends.
+        """
         share = product(np.abs(b - a), self._per_axis.T) / free
         rows = np.flatnonzero((share > trust).any(axis=1))
         if len(rows):
             share[rows] = self._chords_mm(a[rows], b[rows]) / free[rows]
-        return np.asarray((share > trust).any(axis=1))
+        parts = np.ceil(share.max(axis=1, initial=0.0) / trust)
+        return np.asarray(np.clip(parts, 1, MOST_PARTS), dtype=np.int64)
 
     def _chords_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
         """Return bounds as `motion_mm`, of a robot that moves alone from its places at both ends; shape (n, c).
@@ -213,16 +218,16 @@ class MotionChecker:
         first = np.flatnonzero(~gaps[at[:-1].astype(np.int64)])
         last = first + 1
         while True:
-            wide = self._is_wide(q[first], q[last], free[first] + free[last])
+            parts = self._parts(q[first], q[last], free[first] + free[last])
             is_free = bool((margin > least_mm).all())
-            if not wide.any() or not is_free:
+            if not (parts > 1).any() or not is_free:
                 order = np.argsort(at, kind="stable")
                 return CheckedMove(is_free, q[order], at[order], margin[order])
-            first, last, middle = first[wide], last[wide], len(q) + np.arange(np.count_nonzero(wide))
-            at, q = (np.concatenate([each, (each[first] + each[last]) / 2]) for each in (at, q))
-            found, around = self._measured(q[middle])
+            (one, other, share), (first, last) = _parted(first, last, parts, len(q))
+            new = q[one] + share[:, None] * (q[other] - q[one])
+            at, q = np.concatenate([at, at[one] + share * (at[other] - at[one])]), np.concatenate([q, new])
+            found, around = self._measured(new)
             margin, free = np.concatenate([margin, found]), np.concatenate([free, around])
-            first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
 
     def _measured(self, q: FloatArray, known: Margins | None = None) -> tuple[FloatArray, FloatArray]:
         """Return margins (n,) and the free distances of the bodies of every two carriers (n, c), mm."""
@@ -258,14 +263,13 @@ class MotionChecker:
             keep = t[last] < hit[move[last]]
             first, last = first[keep], last[keep]
             ends = [a[move[row]] + t[row, None] * (b - a)[move[row]] for row in (first, last)]
-            wide = self._is_wide(ends[0], ends[1], free[first] + free[last], trust)
-            if not wide.any():
+            parts = self._parts(ends[0], ends[1], free[first] + free[last], trust)
+            if not (parts > 1).any():
                 break
-            first, last, middle = first[wide], last[wide], len(t) + np.arange(np.count_nonzero(wide))
-            own, at = move[first], (t[first] + t[last]) / 2
+            (one, other, share), (first, last) = _parted(first, last, parts, len(t))
+            own, at = move[one], t[one] + share * (t[other] - t[one])
             new = own, at, *self._measured(a[own] + at[:, None] * (b - a)[own])
             move, t, margin, free = map(np.concatenate, zip((move, t, margin, free), new, strict=True))
-            first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
         share, reached = np.zeros(len(a)), t < hit[move]
         np.maximum.at(share, move[reached], t[reached])
         return share
@@ -300,3 +304,22 @@ class MotionChecker:
     def is_free(self, a: FloatArray, b: FloatArray) -> bool:
         """Tell whether the straight move between two states of shape (k,) is free."""
         return self.check(np.stack([a, b])).is_free
+
+
+def _parted(
+    first: IntArray, last: IntArray, parts: IntArray, count: int
+) -> tuple[tuple[IntArray, IntArray, FloatArray], tuple[IntArray, IntArray]]:
+    """Divide steps between rows of states.
+
+    `first`, `last`, `parts`: shape (n,). The rows of the ends of the steps, and into how many parts each is divided.
+    `count`: How many rows there are; the new ones come behind them.
+    Returns the rows of both ends, and the share of the way from one to the other, of each new state; and the rows of
+    the ends of the parts.
+    """
+    inner = parts - 1
+    own = np.repeat(np.arange(len(parts)), inner)
+    number = np.arange(len(own)) - np.repeat(np.cumsum(inner) - inner, inner) + 1
+    one, other, new = first[own], last[own], count + np.arange(len(own))
+    is_last = number == inner[own]
+    ends = np.concatenate([np.where(number == 1, one, new - 1), new[is_last]]), np.concatenate([new, other[is_last]])
+    return (one, other, number / parts[own]), ends
