@@ -12,6 +12,7 @@ import re
 import numpy as np
 
 from cad.step.part21 import Part21File, reference_numbers
+from wpcal.brep.strips import items_of
 from wpcal.core.arrays import BoolArray, IntArray
 
 _SHELL = re.compile(
@@ -65,9 +66,7 @@ def _needed(is_top: BoolArray, owner: IntArray, to: IntArray) -> BoolArray:
     start, to = np.searchsorted(owner[sort], np.arange(len(is_top) + 1)), to[sort]
     needed, fresh = is_top.copy(), np.flatnonzero(is_top)
     while len(fresh):
-        count = start[fresh + 1] - start[fresh]
-        step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        reached = np.unique(to[np.repeat(start[fresh], count) + step])
+        reached = np.unique(to[items_of(start, fresh)[1]])
         fresh = reached[~needed[reached]]
         needed[fresh] = True
     return needed

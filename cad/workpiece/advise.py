@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -94,11 +95,8 @@ def advise_points(
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     choice = choice or SeamChoice()
-
-    def advice() -> Advice:
-        return _advise(workpiece, options, seam_options, choice, progress)
-
-    return workpiece.answer("advice", (options, seam_options, choice), advice)
+    make = partial(_advise, workpiece, options, seam_options, choice, progress)
+    return workpiece.answer("advice", (options, seam_options, choice), make)
 
 
 def advise_weldment(

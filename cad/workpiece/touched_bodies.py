@@ -9,6 +9,7 @@ import numpy as np
 from cad.workpiece.bodies import PartBodies
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.trim import distance_to_segments
 from wpcal.calibrate.observe.targets import GraphTargets, TargetKind
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.trust.criteria import TWO_BODIES
@@ -92,9 +93,7 @@ def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
 def _nearest_edge(points: FloatArray, edge: IntArray, p: FloatArray) -> tuple[int, float]:
     """Return the edge whose polyline is nearest to a point, and its distance, mm."""
     inside = np.flatnonzero(edge[1:] == edge[:-1])
-    a, along = points[inside], points[inside + 1] - points[inside]
-    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
-    share = np.clip(np.einsum("ij,ij->i", p - a, along) / square, 0.0, 1.0)
-    away = np.linalg.norm(a + share[:, None] * along - p, axis=1)
+    a, b = points[inside], points[inside + 1]
+    away = distance_to_segments(np.broadcast_to(p, a.shape), a, b)
     k = int(np.argmin(away))
     return int(edge[inside[k]]), float(away[k])

@@ -106,8 +106,11 @@ GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(8)
 
 
 def arc_length(graph: BrepGraph, edge: int, t0: float, t1: float) -> float:
-    """Return the length of one edge between two parameters, mm."""
-    return float(cumulative_length(graph, edge, np.array([t0, t1]))[-1])
+    """Return the length of one edge between two parameters, mm. Found once, and kept with the graph."""
+    known: dict[tuple[int, float, float], float] = vars(graph).setdefault("arcs", {})
+    if (edge, t0, t1) not in known:
+        known[edge, t0, t1] = float(cumulative_length(graph, edge, np.array([t0, t1]))[-1])
+    return known[edge, t0, t1]
 
 
 def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
@@ -143,7 +146,7 @@ def parameters_at_length(graph: BrepGraph, edge: int, t0: float, t1: float, s_mm
     """Return the parameters of one edge at lengths from t0 towards t1, shape (n,).
 
     A table of lengths brackets each parameter. Inside its bracket, Newton's method on the arc length finds it; a step
-    that leaves the bracket is replaced by a bisection.
+    that leaves the bracket is replaced by a bisection. A parameter does not depend on the other lengths.
 
     `s_mm`: shape (n,). Lengths from t0, mm; clipped to the length between t0 and t1.
     """
@@ -152,19 +155,22 @@ def parameters_at_length(graph: BrepGraph, edge: int, t0: float, t1: float, s_mm
     along = np.abs(cumulative_length(graph, edge, nodes))
     s = np.clip(s_mm, 0.0, along[-1])
     k = np.clip(np.searchsorted(along, s, side="right") - 1, 0, len(nodes) - 2)
-    low, high, t = nodes[k], nodes[k + 1], nodes[k].copy()
-    start = low.copy()
+    low, high, t, start = nodes[k], nodes[k + 1], nodes[k].copy(), nodes[k]
+    left, way = np.arange(len(s)), np.sign(t1 - t0)
     for _ in range(LENGTH_ROUNDS):
-        length, speed = _lengths_from(graph, edge, start, t)
-        over = along[k] + length - s
-        low, high = np.where(over <= 0, t, low), np.where(over > 0, t, high)
+        now = t[left]
+        length, speed = _lengths_from(graph, edge, start[left], now)
+        over = along[k[left]] + length - s[left]
+        low[left], high[left] = np.where(over <= 0, now, low[left]), np.where(over > 0, now, high[left])
         with np.errstate(divide="ignore", invalid="ignore"):
-            better = t - np.sign(t1 - t0) * over / speed
-        inside = (better - low) * (better - high) <= 0
-        better = np.where(inside, better, (low + high) / 2)
-        if (np.abs(better - t) <= PARAMETER_ROUND_OFF * (1.0 + np.abs(t))).all():
+            better = now - way * over / speed
+        inside = (better - low[left]) * (better - high[left]) <= 0
+        better = np.where(inside, better, (low + high)[left] / 2)
+        moves = np.abs(better - now) > PARAMETER_ROUND_OFF * (1.0 + np.abs(now))
+        if not moves.any():
             break
-        t = better
+        left = left[moves]
+        t[left] = better[moves]
     return t
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surface_rays import meet_rays, way_through
 from wpcal.brep.surfaces import project_to_faces
@@ -55,26 +56,15 @@ def find_hits(
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
     found = []
     for first in range(0, max(len(origins), 1), CHUNK):
-        own = slice(first, first + CHUNK)
-        hits = _hits(graph, trimmed, origins[own], rays[own], length[own], None if only is None else only[own])
-        found.append(RayHits(hits.ray + first, hits.face, hits.at_mm, hits.way))
+        chunk = slice(first, first + CHUNK)
+        ray, face, low, high = _through_boxes(trimmed, origins[chunk], rays[chunk], length[chunk])
+        ray = ray + first
+        if only is not None:
+            own = graph.face_solid[face] == only[ray]
+            ray, face, low, high = ray[own], face[own], low[own], high[own]
+        pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length[ray], (low, high))
+        found.append(RayHits(ray[pair], face[pair], at, way))
     return RayHits.joined(found).in_order()
-
-
-def _hits(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    origins: FloatArray,
-    rays: FloatArray,
-    length: FloatArray,
-    solid: IntArray | None,
-) -> RayHits:
-    ray, face, low, high = _through_boxes(trimmed, origins, rays, length)
-    if solid is not None:
-        own = graph.face_solid[face] == solid[ray]
-        ray, face, low, high = ray[own], face[own], low[own], high[own]
-    pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length[ray], (low, high))
-    return RayHits(ray[pair], face[pair], at, way)
 
 
 def through_faces(
@@ -97,14 +87,18 @@ def through_faces(
     Returns `way`: shape (h,). +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
     graph, (low, high) = trimmed.graph, ends_mm
-    is_free_form = graph.face_kind[face] == SurfaceKind.NURBS
-    closed, free_form = np.flatnonzero(~is_free_form), np.flatnonzero(is_free_form)
-    roots = _roots(graph, face[closed], origins[closed], rays[closed])
-    hit = (roots > 0) & (roots <= length[closed, None])
-    pair, at = closed[np.nonzero(hit)[0]], roots[hit]
-    rings = _between_end_planes(graph, face, origins, rays, low, high)
+    kind, frame, param = graph.face_kind[face], graph.face_frame[face], graph.face_param[face]
+    o = np.einsum("kij,kj->ki", frame[:, 1:], origins - frame[:, 0])
+    d = np.einsum("kij,kj->ki", frame[:, 1:], rays)
+    free_form = np.flatnonzero(kind == SurfaceKind.NURBS)
+    roots = _roots(kind, param, o, d)
+    pair, root = np.nonzero((roots > 0) & (roots <= length[:, None]))
+    at = roots[pair, root]
+    rings = np.flatnonzero(
+        (kind == SurfaceKind.TORUS) & _is_between(o[:, 2], d[:, 2], param[:, 1] + THIN_MM, low, high)
+    )
     if len(rings):
-        roots = _torus_roots(graph, face[rings], origins[rings], rays[rings])
+        roots = torus_roots(o[rings], d[rings], *param[rings].T)
         hit = (roots > 0) & (roots <= length[rings, None])
         pair, at = np.concatenate([pair, rings[np.nonzero(hit)[0]]]), np.concatenate([at, roots[hit]])
     points = origins[pair] + at[:, None] * rays[pair]
@@ -130,12 +124,11 @@ def _through_free_form(
     return hits.row, hits.at_mm, hits.normal * graph.face_outward[face[hits.row]][:, None]
 
 
-def _roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
-    """Return the distances at which rays meet the whole surfaces of faces, shape (k, 2); NaN where there is none."""
-    frame, param = graph.face_frame[face], graph.face_param[face]
-    o = np.einsum("kij,kj->ki", frame[:, 1:], origins - frame[:, 0])
-    d = np.einsum("kij,kj->ki", frame[:, 1:], rays)
-    kind = graph.face_kind[face]
+def _roots(kind: IntArray, param: FloatArray, o: FloatArray, d: FloatArray) -> FloatArray:
+    """Return the distances at which rays meet the whole surfaces of faces, shape (k, 2); NaN where there is none.
+
+    `kind`, `param`: Of the faces, shapes (k,) and (k, …). `o`, `d`: shape (k, 3). The rays in their frames.
+    """
     # |q|² with the third axis weighted by m, less the square of the radius there, r + slope · z
     slope = np.where(kind == SurfaceKind.CONE, np.tan(np.where(kind == SurfaceKind.CONE, param[:, 1], 0.0)), 0.0)
     m = np.where(kind == SurfaceKind.SPHERE, 1.0, 0.0)
@@ -154,41 +147,33 @@ def _roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArr
     return np.stack([first, np.where(known, second, np.nan)], axis=1)
 
 
-def _between_end_planes(
-    graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
-) -> IntArray:
-    """Return the pairs of a ray and a torus in which the ray is in the box of the face between the two end planes."""
-    rows = np.flatnonzero(graph.face_kind[face] == SurfaceKind.TORUS)
-    frame, half = graph.face_frame[face[rows]], graph.face_param[face[rows], 1] + THIN_MM
-    z = np.einsum("ki,ki->k", origins[rows] - frame[:, 0], frame[:, 3])
-    dz = np.einsum("ki,ki->k", rays[rows], frame[:, 3])
+def _is_between(z: FloatArray, dz: FloatArray, half: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+    """Tell which rays go through a torus, from z along dz, between its two end planes where they are in its box."""
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (-half - z) / dz, (half - z) / dz
-    between: BoolArray = np.minimum(high[rows], np.fmax(a, b)) > np.maximum(low[rows], np.fmin(a, b))
-    return np.asarray(rows[between], dtype=np.int64)
-
-
-def _torus_roots(graph: BrepGraph, face: IntArray, origins: FloatArray, rays: FloatArray) -> FloatArray:
-    frame, param = graph.face_frame[face], graph.face_param[face]
-    o = np.einsum("kij,kj->ki", frame[:, 1:], origins - frame[:, 0])
-    d = np.einsum("kij,kj->ki", frame[:, 1:], rays)
-    return torus_roots(o, d, param[:, 0], param[:, 1])
+    return np.asarray(np.minimum(high, np.fmax(a, b)) > np.maximum(low, np.fmin(a, b)), dtype=bool)
 
 
 def _through_boxes(
     trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Return pairs of a ray and a face whose box the ray meets, and where the ray enters and leaves this box."""
-    o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
+    ray, face = boxes_met(trimmed.box_tree, origins, rays, length)
     low, high = trimmed.face_box
     with np.errstate(divide="ignore", invalid="ignore"):
+        return ray, face, *passage(origins[ray].T, rays[ray].T, length[ray], low[face].T, high[face].T)
 
-        def meets(ray: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
-            enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], box_low, box_high)
-            return np.asarray(leave > enter, dtype=bool)
 
-        ray, face = trimmed.box_tree.search(len(origins), meets)
-        return ray, face, *passage(o[:, ray], d[:, ray], length[ray], low[face].T, high[face].T)
+def boxes_met(tree: BoxTree, origins: FloatArray, rays: FloatArray, length: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return all pairs of a ray and a box that it meets, shape (k,), by ray; arguments as of `find_hits`."""
+    o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
+
+    def meets(ray: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
+        enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], low, high)
+        return np.asarray(leave > enter, dtype=bool)
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return tree.search(len(origins), meets)
 
 
 def passage(

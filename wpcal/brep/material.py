@@ -13,11 +13,11 @@ import numpy as np
 
 from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.hits import CHUNK, find_hits, passage
+from wpcal.brep.hits import CHUNK, RayHits, boxes_met, find_hits
 from wpcal.brep.mesh import PartMesh
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import Radius, tube_lines, tube_triangles
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 
 VOTERS = np.array([[0.8301, 0.2713, 0.4871], [-0.3119, 0.8923, 0.3263], [0.1987, -0.4409, 0.8753]])
@@ -159,15 +159,11 @@ class TriangleMaterial:
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids; shapes as in `Material`."""
         length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
-        none = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.int64))
-        found = [none]
-        for first in range(0, len(origins), CHUNK):
-            own = slice(first, first + CHUNK)
-            ray, triangle, at, way = self._hits(origins[own], rays[own], length[own])
-            found.append((ray + first, self.solid[triangle], at, way))
-        ray, solid, at, way = (np.concatenate(column) for column in zip(*found, strict=True))
-        order = np.lexsort((at, ray))
-        return SolidHits(ray[order], solid[order], at[order], way[order])
+        chunks = [slice(first, first + CHUNK) for first in range(0, max(len(origins), 1), CHUNK)]
+        found = RayHits.joined(
+            [self._hits(origins[own], rays[own], length[own], own.start) for own in chunks]
+        ).in_order()
+        return SolidHits(found.ray, self.solid[found.face], found.at_mm, found.way)
 
     def tube_solids(
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: Radius
@@ -176,18 +172,10 @@ class TriangleMaterial:
         nearest = tube_triangles(self.corners, self.tree, tips, back, (low, high), radius_mm)
         return np.where(nearest < 0, -1, np.append(self.solid, -1)[nearest])
 
-    def _hits(
-        self, origins: FloatArray, rays: FloatArray, length: FloatArray
-    ) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
-        """Return rays, triangles, distances and ways of hits (Möller and Trumbore 1997)."""
-        o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
-
-        def meets(ray: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
-            enter, leave = passage(np.take(o, ray, axis=1), np.take(d, ray, axis=1), length[ray], low, high)
-            return np.asarray(leave > enter, dtype=bool)
-
+    def _hits(self, origins: FloatArray, rays: FloatArray, length: FloatArray, first: int) -> RayHits:
+        """Return the hits of rays, numbered from `first` on, with triangles for faces (Möller and Trumbore 1997)."""
+        ray, triangle = boxes_met(self.tree, origins, rays, length)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ray, triangle = self.tree.search(len(origins), meets)
             a, b, c = np.moveaxis(self.corners[triangle], 1, 0)
             e1, e2, r = b - a, c - a, origins[ray] - a
             across, side = np.cross(rays[ray], e2), np.cross(r, e1)
@@ -198,7 +186,7 @@ class TriangleMaterial:
             size = np.linalg.norm(np.cross(e1, e2), axis=1)
             hit = (np.abs(det) > FLAT * size) & (u >= 0) & (v >= 0) & (u + v <= 1) & (at > 0) & (at <= length[ray])
         rows = np.flatnonzero(hit)
-        return ray[rows], triangle[rows], at[rows], np.where(det[rows] > 0, -1, 1)
+        return RayHits(ray[rows] + first, triangle[rows], at[rows], np.where(det[rows] > 0, -1, 1))
 
 
 def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray, IntArray]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import THIN_MM, RayHits, passage, through_faces
+from wpcal.brep.strips import items_of
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
@@ -51,10 +52,8 @@ class NearFaces:
 
     def pairs(self, group: IntArray) -> tuple[IntArray, IntArray]:
         """Return pairs of a row of `group` (shape (m,)) and a box near its group; two arrays (k,), by row."""
-        counts = self.counts[group]
-        row = np.repeat(np.arange(len(group)), counts)
-        step = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return row, self.box[self.start[group][row] + step]
+        row, item = items_of(self.start, group)
+        return row, self.box[item]
 
 
 def find_near_faces(

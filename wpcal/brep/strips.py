@@ -76,14 +76,28 @@ class Strips:
         first = self.first[faces[rows]]
         strips = self.first[faces[rows] + 1] - first
         number = np.floor(at[rows] / self.width[faces[rows]] * strips).astype(np.int64)
-        begin = self.start[strip := first + np.clip(number, 0, strips - 1)]
-        count = self.start[strip + 1] - begin
-        chunk = np.cumsum(count) // most
-        for own in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(chunk)) + 1):
-            of = np.repeat(own, count[own])
-            if len(of):
-                step = np.arange(len(of)) - np.repeat(np.cumsum(count[own]) - count[own], count[own])
-                yield rows[of], self.piece[begin[of] + step]
+        strip = first + np.clip(number, 0, strips - 1)
+        for row, item in items_in_chunks(self.start, strip, most):
+            yield rows[row], self.piece[item]
+
+
+def items_of(start: IntArray, rows: IntArray) -> tuple[IntArray, IntArray]:
+    """Return pairs of a place in `rows`, shape (m,), and an item of that row, two arrays (k,); places are ascending.
+
+    `start`: The items of row i are ``start[i]`` to ``start[i + 1] - 1``.
+    """
+    count = start[rows + 1] - start[rows]
+    at = np.repeat(np.arange(len(rows)), count)
+    return at, np.arange(len(at)) + np.repeat(start[rows] - (np.cumsum(count) - count), count)
+
+
+def items_in_chunks(start: IntArray, rows: IntArray, most: int) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield the pairs of `items_of`, about `most` at a time; `start` has the shape (s + 1,), `rows` (m,)."""
+    chunk = np.cumsum(start[rows + 1] - start[rows]) // most
+    for own in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(chunk)) + 1):
+        at, item = items_of(start, rows[own])
+        if len(at):
+            yield own[at], item
 
 
 def _ranges(turns: BoolArray, start: IntArray, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,6 @@ also works on closed surfaces, where counting crossings fails.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
@@ -18,7 +17,7 @@ from wpcal.brep.boundaries import sample_boundaries
 from wpcal.brep.boxes import FAR_MM, BoxTree
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.patch_boxes import PatchBoxes, patch_corners, ring_boxes, widest_gaps
-from wpcal.brep.strips import Strips
+from wpcal.brep.strips import Strips, items_in_chunks
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 PERIODIC_U = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS)
@@ -109,7 +108,7 @@ class TrimmedFaces:
         The widest gap in their boundary is left out, unless the face holds it.
         """
         owner, piece = np.concatenate(
-            [np.zeros((2, 0), dtype=np.int64), *map(np.stack, _pairs(self.start, faces))], axis=1
+            [np.zeros((2, 0), dtype=np.int64), *map(np.stack, items_in_chunks(self.start, faces, MOST_PAIRS))], axis=1
         )
         step = wrap_angle(self.uv1[piece] - self.uv0[piece])
         gaps = widest_gaps(self.uv0[piece, axis], step[:, axis], owner, len(faces))
@@ -187,9 +186,9 @@ class TrimmedFaces:
         The boxes have the corners `low` and `high`, shape (m, 3), in `part`, mm.
         """
         found, (first, begin, least, most) = [np.zeros((2, 0), dtype=np.int64)], self._blocks
-        for row, block in _pairs(first, faces):
+        for row, block in items_in_chunks(first, faces, MOST_PAIRS):
             met = np.flatnonzero(((least[block] <= high[row]) & (most[block] >= low[row])).all(axis=1))
-            for own, piece in _pairs(begin, block[met]):
+            for own, piece in items_in_chunks(begin, block[met], MOST_PAIRS):
                 at, p0, p1 = row[met[own]], self.p0[piece], self.p1[piece]
                 near = ((np.minimum(p0, p1) <= high[at]) & (np.maximum(p0, p1) >= low[at])).all(axis=1)
                 found.append(np.stack([at[near], piece[near]]))
@@ -212,7 +211,7 @@ class TrimmedFaces:
         The points have shape (m, 3), in `part`, mm.
         """
         nearest = np.full(len(faces), -1)
-        for row, piece in _pairs(self.start, faces):
+        for row, piece in items_in_chunks(self.start, faces, MOST_PAIRS):
             off = distance_to_segments(points[row], self.p0[piece], self.p1[piece])
             order = np.lexsort((off, row))
             first = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
@@ -287,7 +286,7 @@ class TrimmedFaces:
         """
         inside, on_boundary = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
         torus = self.graph.face_kind[faces] == SurfaceKind.TORUS
-        for row, piece in _pairs(self.start, faces):
+        for row, piece in items_in_chunks(self.start, faces, MOST_PAIRS):
             aside = (np.abs(wrap_angle(uv[piece, 0] - u[row])) for uv in (self.uv0, self.uv1))
             on_boundary[row[np.maximum(*aside) <= ON_MERIDIAN_RAD]] = True
             rise, v0 = self._rise[piece], self.uv0[piece, 1] - self._steepest[faces[row]]
@@ -354,17 +353,3 @@ def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> 
     share = np.clip(along / np.where(square > 0, square, 1.0), 0.0, 1.0)
     off = r - share[:, None] * d
     return np.asarray(np.sqrt(np.einsum("ki,ki->k", off, off)), dtype=np.float64)
-
-
-def _pairs(start: IntArray, rows: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield pairs of a place in `rows`, and an item of that row; places are ascending.
-
-    `start`: The items of row i are ``start[i]`` to ``start[i + 1] - 1``.
-    """
-    counts = start[rows + 1] - start[rows]
-    chunk = np.cumsum(counts) // MOST_PAIRS
-    for own in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(chunk)) + 1):
-        count = counts[own]
-        at = np.repeat(own, count)
-        if len(at):
-            yield at, np.arange(len(at)) + np.repeat(start[rows[own]] - (np.cumsum(count) - count), count)

@@ -192,17 +192,11 @@ def _marked_seams(
 ) -> list[Seam]:
     """Build the seams of marked pieces; their reasons name the marks."""
     label_of = dict(zip(chosen.pieces.edge.tolist(), labels, strict=True))
+    seams, gap_mm = build_seams(graph, chosen, options, source), options.gap_for(graph)
+    told = [tuple(label_of[edge] for edge in seam.pieces.edge.tolist()) for seam in seams]
     return [
-        replace(
-            seam,
-            reasons=in_words(
-                graph,
-                seam.pieces,
-                tuple(label_of[edge] for edge in seam.pieces.edge.tolist()),
-                gap_mm=options.gap_for(graph),
-            ),
-        )
-        for seam in build_seams(graph, chosen, options, source)
+        replace(seam, reasons=in_words(graph, seam.pieces, own, gap_mm=gap_mm))
+        for seam, own in zip(seams, told, strict=True)
     ]
 
 

@@ -28,7 +28,7 @@ from wpcal.seam.path.cut import middles
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.record import SEAMS_SCHEMA
 from wpcal.seam.rules import Rule
-from wpcal.seam.seam import Seam, SeamPieces
+from wpcal.seam.seam import Seam
 from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
 
 SAME_PLACE_MM = 0.1
@@ -292,7 +292,7 @@ def candidates_of(graph: BrepGraph, seams: Sequence[Seam], names: Sequence[str])
     """Return seams of those names as candidates: name, start, middle and length as found."""
     if not seams:
         return []
-    runs = Runs(SeamPieces.joined([s.pieces for s in seams]), np.cumsum([0, *(len(s.pieces) for s in seams)]))
+    runs = Runs.of([seam.pieces for seam in seams])
     places = zip(runs.ends(graph)[0].tolist(), middles(graph, runs).tolist(), strict=True)
     return [
         Candidate(name, (x0, y0, z0), (x1, y1, z1), seam.length_mm)

@@ -78,7 +78,7 @@ def _ways(graph: BrepGraph, run: SeamPieces, other: SeamPieces, row: int) -> lis
 
 
 def _ends(graph: BrepGraph, run: SeamPieces) -> tuple[FloatArray, FloatArray]:
-    p0, p1 = Runs(run, np.array([0, len(run)])).ends(graph)
+    p0, p1 = Runs.of([run]).ends(graph)
     return p0[0], p1[0]
 
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from wpcal.brep.graph import SurfaceKind
+from wpcal.brep.strips import items_of
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.observe.bodies import KeptContacts
@@ -79,9 +80,7 @@ def _facing(
 def _overlaps(trimmed: TrimmedFaces, a: IntArray, b: IntArray, gap_mm: float) -> tuple[FloatArray, IntArray]:
     """Return points of the border of either face of each pair that lie on the other, and their pairs: (k, 3), (k,)."""
     of, within = np.concatenate([a, b]), np.concatenate([b, a])
-    count = trimmed.start[of + 1] - trimmed.start[of]
-    row = np.repeat(np.arange(len(of)), count)
-    piece = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + trimmed.start[of][row]
+    row, piece = items_of(trimmed.start, of)
     share = (np.arange(PIECES) / PIECES)[None, :, None]
     points = ((1.0 - share) * trimmed.p0[piece][:, None] + share * trimmed.p1[piece][:, None]).reshape(-1, 3)
     row = np.repeat(row, PIECES)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.strips import items_of
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
@@ -86,9 +87,7 @@ def _between_cylinders(graph: BrepGraph, first: IntArray, second: IntArray) -> F
 
 def _opposite(graph: BrepGraph, trimmed: TrimmedFaces, own: IntArray, other: IntArray) -> FloatArray:
     """Return the share of the boundary of each plane that lies opposite the other one of its pair, shape (k,)."""
-    count = np.diff(trimmed.start)[own]
-    pair = np.repeat(np.arange(len(own)), count)
-    piece = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(trimmed.start[own], count)
+    pair, piece = items_of(trimmed.start, own)
     length = np.linalg.norm(trimmed.p1[piece] - trimmed.p0[piece], axis=1)
     middle = (trimmed.p0[piece] + trimmed.p1[piece]) / 2
     total = np.bincount(pair, length, len(own))

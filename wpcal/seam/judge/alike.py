@@ -56,6 +56,9 @@ def find_alike(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, leans_
     rooms = [_room(graph, poses.select(slice(ends[own[0]], ends[own[0] + 1])), leans_rad) for own in kinds]
     slabs = [np.array(corners) for corners in zip(*rooms, strict=True)]
     places = _Places(trimmed, poses.p[first[rows]], poses.R[first[rows]], slabs, kind)
+    may = ~places.hold_curved()
+    rows, kind = rows[may], kind[may]
+    places = _Places(trimmed, poses.p[first[rows]], poses.R[first[rows]], slabs, kind)
     known: dict[tuple[int, bytes], int] = {}
     beside = []
     for number, (what, solids) in enumerate(places.surroundings()):
@@ -112,12 +115,17 @@ class _Places:
         self.middle = p + np.einsum("nij,nj->ni", R, (low + high) / 2.0)
         reach = np.einsum("nij,nj->ni", np.abs(R), (high - low) / 2.0)
         self.low, self.high = self.middle - reach, self.middle + reach
+        self.shape = solid_shapes(self.graph, self.trimmed)
+        self.is_lone = np.bincount(self.shape, minlength=len(self.shape))[self.shape] == 1
+
+    def hold_curved(self) -> BoolArray:
+        """Tell which rooms hold a curved face of a lone solid: only a seam at the same place would be alike."""
+        is_curved = self.is_lone[self.graph.face_solid] & (self.graph.face_kind != SurfaceKind.PLANE)
+        return np.isin(np.arange(len(self.p)), self._near(*self.trimmed.face_box, is_curved)[0])
 
     def surroundings(self) -> list[tuple[bytes, list[int]]]:
         """Return what is around each seam, as bytes that are equal for equal rooms, and the solids there in order."""
-        shape = solid_shapes(self.graph, self.trimmed)
-        is_lone = np.bincount(shape, minlength=len(shape))[shape] == 1
-        parts = [self._copies(shape, is_lone), self._faces(is_lone)]
+        parts = [self._copies(), self._faces()]
         row, code, place, solid = (np.concatenate(column) for column in zip(*parts, strict=True))
         place = np.round(place / SAME_PLACE_MM).astype(np.int64)
         order = np.lexsort((solid, *place.T, code, row))
@@ -126,17 +134,15 @@ class _Places:
         solids = solid[order].tolist()
         return [(what[a:b].tobytes(), solids[a:b]) for a, b in pairwise(ends)]
 
-    def _copies(self, shape: IntArray, is_lone: BoolArray) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
-        low, high = boxes_of_solids(self.graph.face_solid, self.trimmed.face_box, len(shape))
-        row, solid = self._near(np.where(is_lone[:, None], np.inf, low), np.where(is_lone[:, None], -np.inf, high))
-        return row, shape[solid], low[solid] - self.p[row], solid
+    def _copies(self) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
+        low, high = boxes_of_solids(self.graph.face_solid, self.trimmed.face_box, len(self.shape))
+        row, solid = self._near(low, high, ~self.is_lone)
+        return row, self.shape[solid], low[solid] - self.p[row], solid
 
-    def _faces(self, is_lone: BoolArray) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
+    def _faces(self) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
         """Return the faces of solids that the part holds once, and the pieces of the boundaries of planes."""
         graph, trimmed = self.graph, self.trimmed
-        low, high = trimmed.face_box
-        is_far = ~is_lone[graph.face_solid][:, None]
-        row, face = self._near(np.where(is_far, np.inf, low), np.where(is_far, -np.inf, high))
+        row, face = self._near(*trimmed.face_box, self.is_lone[graph.face_solid])
         place = graph.face_frame[face, 0] - self.p[row]
         is_plane = graph.face_kind[face] == SurfaceKind.PLANE
         at, piece, of_piece, ends = self._ends(np.unique(face[is_plane]))
@@ -151,7 +157,7 @@ class _Places:
         kept = np.ones(len(row), dtype=bool)
         kept[plane] = is_there
         row, face, place = row[kept], face[kept], place[kept]
-        code = np.concatenate([face, graph.face_count + piece]) + len(is_lone)
+        code = np.concatenate([face, graph.face_count + piece]) + len(self.is_lone)
         solid = graph.face_solid[np.concatenate([face, of_piece])]
         return np.concatenate([row, at]), code, np.concatenate([place, ends]), solid
 
@@ -162,10 +168,9 @@ class _Places:
         """
         graph, trimmed = self.graph, self.trimmed
         face = np.repeat(np.arange(graph.face_count), np.diff(trimmed.start))
-        own = np.flatnonzero(np.isin(face, faces))
-        p0, p1 = trimmed.p0[own], trimmed.p1[own]
-        row, near = self._near(np.minimum(p0, p1), np.maximum(p0, p1))
-        piece, p0, p1 = own[near], p0[near], p1[near]
+        p0, p1 = trimmed.p0, trimmed.p1
+        row, piece = self._near(np.minimum(p0, p1), np.maximum(p0, p1), np.isin(face, faces))
+        p0, p1 = p0[piece], p1[piece]
         place, way = p0 - self.p[row], p1 - p0
         low, high = self.low[row], self.high[row]
         goes_on = ~np.any([((low <= p) & (p <= high)).all(axis=1) for p in (p0, p1)], axis=0)
@@ -190,9 +195,11 @@ class _Places:
             met |= new
         return met, self.p[row] + np.einsum("kij,kj->ki", axes, on)
 
-    def _near(self, low: FloatArray, high: FloatArray) -> tuple[IntArray, IntArray]:
-        """Return pairs of a room and a box with the corners `low` and `high`, shape (k, 3), that may meet it."""
-        row, box = BoxTree.of(low, high).meeting(self.low, self.high)
+    def _near(self, low: FloatArray, high: FloatArray, are_asked: BoolArray) -> tuple[IntArray, IntArray]:
+        """Return pairs of a room and one of the asked boxes with these corners, shape (k, 3), that may meet it."""
+        asked = np.flatnonzero(are_asked)
+        row, own = BoxTree.of(low[asked], high[asked]).meeting(self.low, self.high)
+        box = asked[own]
         middle, half = (low[box] + high[box]) / 2.0 - self.p[row], (high[box] - low[box]) / 2.0
         axes, met = self.axes[row], np.zeros(len(row), dtype=bool)
         at, reach = np.einsum("mij,mi->mj", axes, middle), np.einsum("mij,mi->mj", np.abs(axes), half)

@@ -22,7 +22,8 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import near_pairs
 from wpcal.seam.judge.evidence import weighed
 from wpcal.seam.limits import LEAST_CANDIDATE_MM, LEAST_CHANGE_MM, Level
-from wpcal.seam.path.cut import parameters_at, spans_of
+from wpcal.seam.path.cut import places_at
+from wpcal.seam.path.direction import Runs
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam
 
@@ -131,12 +132,9 @@ def _views(
     on either side.
     """
     s = np.minimum(np.array(PLACES) * size_mm, seam.length_mm / 2)
-    starts, ends = spans_of(graph, seam.pieces)
-    s = seam.length_mm - s if end == 1 else s
-    row = np.minimum(np.searchsorted(ends, s), len(ends) - 1)
+    row, t = places_at(graph, Runs.of([seam.pieces]), 0, seam.length_mm - s if end == 1 else s)
     if (seam.pieces.wall[row] < 0).any() or (seam.pieces.base[row] < 0).any():
         return []
-    t = parameters_at(graph, seam.pieces, row, np.clip(s - starts[row], 0.0, (ends - starts)[row]))
     p, slope = evaluate_edges(graph, seam.pieces.edge[row], t)
     normals = [project_to_faces(graph, face[row], p).normal for face in (seam.pieces.wall, seam.pieces.base)]
     views = []

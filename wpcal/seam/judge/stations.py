@@ -13,11 +13,12 @@ from wpcal.brep.curves import arc_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_of_groups
-from wpcal.brep.rays import START_MM, is_blocked
+from wpcal.brep.rays import START_MM
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import Columns, FloatArray, IntArray
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
-from wpcal.seam.path.cut import parameters_at, points_at, spans_of
+from wpcal.seam.path.cut import by_number, parameters_at, points_at, spans_of
+from wpcal.seam.path.direction import Runs
 from wpcal.seam.seam import Seam, SeamFrames
 
 BEAD_MM = 15.0
@@ -68,11 +69,12 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
     """
     if not seams:
         return []
-    hits = _crossings(graph, trimmed, seams)
+    wires = _Wires.along(graph, seams)
+    hits = _crossings(trimmed, wires)
     first = np.searchsorted(hits.seam, np.arange(len(seams) + 1))
     own = [slice(a, b) for a, b in pairwise(first.tolist())]
     bounds = [_bounds(seam, hits.s_mm[rows]) for seam, rows in zip(seams, own, strict=True)]
-    q = np.concatenate([_between(graph, seam, b) for seam, b in zip(seams, bounds, strict=True)])
+    q = _between(wires, bounds)
     around: list[set[int]] = [set() for _ in range(len(q))]
     for point, solid in zip(*find_solids_around(ExactMaterial(graph, trimmed), q.reshape(-1, 3)), strict=True):
         around[point // RAILS].add(int(solid))
@@ -87,7 +89,7 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
             change = _Change(row, seam, s, bool(after), hits.select(own[row]).near(s), begin if after else after_s)
             changes.append(change)
             begin = s - (SLANT * start_mm(seam) if change.is_tip else 0.0)
-    cuts = {(change.row, change.s_mm): s for change, s in zip(changes, _cuts(graph, trimmed, changes), strict=True)}
+    cuts = {(change.row, change.s_mm): s for change, s in zip(changes, _cuts(trimmed, wires, changes), strict=True)}
     return [_merged(row, b, states, cuts) for row, (b, states) in enumerate(zip(bounds, inside, strict=True))]
 
 
@@ -120,26 +122,53 @@ class _Change:
         return bool((self.hits.out_mm == start_mm(self.seam)).any())
 
 
-def _crossings(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> _Crossings:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Wires:
+    """The wires along n seams: where a wire is at any length from the start of its seam."""
+
+    graph: BrepGraph
+    seams: Sequence[Seam]
+    paths: list[SeamFrames]  #: As of `_path`.
+    runs: Runs
+    rails: FloatArray  #: shape (n, RAILS). As of `rails_mm`.
+
+    @classmethod
+    def along(cls, graph: BrepGraph, seams: Sequence[Seam]) -> _Wires:
+        paths, rails = [_path(seam.frames) for seam in seams], np.stack([rails_mm(seam) for seam in seams])
+        return cls(graph, seams, paths, Runs.of([seam.pieces for seam in seams]), rails)
+
+    def at(self, row: IntArray, s_mm: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the points of seams at arc lengths and the directions of the wire there, two arrays (k, 3).
+
+        `row`: shape (k,). The seam of each length.
+        """
+        wires = np.empty((len(row), 6))
+        for number, own in by_number(row):
+            path = self.paths[number]
+            columns = np.concatenate([path.p, path.R[:, :, 2]], axis=1).T
+            wires[own] = np.stack([np.interp(s_mm[own], path.s_mm, column) for column in columns], axis=1)
+        p, z = np.split(wires, 2, axis=1)
+        curved = np.flatnonzero(np.array([len(path) > 2 for path in self.paths])[row])
+        p[curved] = points_at(self.graph, self.runs, row[curved], s_mm[curved])
+        return p, z / np.linalg.norm(z, axis=1, keepdims=True)
+
+
+def _crossings(trimmed: TrimmedFaces, wires: _Wires) -> _Crossings:
     """Return the crossings, sorted by seam."""
-    frames = [_path(seam.frames) for seam in seams]
-    rails = np.stack([rails_mm(seam) for seam in seams])
-    q = np.concatenate(
-        [own.p[:, None] + out[:, None] * own.R[:, None, :, 2] for own, out in zip(frames, rails, strict=True)]
-    )
-    s = np.concatenate([own.s_mm for own in frames])
-    owner = np.repeat(np.arange(len(seams)), [len(own) for own in frames])
+    frames, rails = SeamFrames.joined(wires.paths), wires.rails
+    owner = np.repeat(np.arange(len(rails)), [len(path) for path in wires.paths])
+    q = frames.p[:, None] + rails[owner][..., None] * frames.R[:, None, :, 2]
     here = np.flatnonzero(owner[1:] == owner[:-1])
     q0, q1 = q[here].reshape(-1, 3), q[here + 1].reshape(-1, 3)
-    first = first_of_groups(owner[here], np.concatenate([own.R[:, :, 2] for own in frames])[here])
-    near = find_near_faces(graph, trimmed, q0, q1, RAILS * first)
+    first = first_of_groups(owner[here], frames.R[here, :, 2])
+    near = find_near_faces(wires.graph, trimmed, q0, q1, RAILS * first)
     group = np.repeat(np.arange(len(first)), RAILS * np.diff(first, append=len(here)))
     step = q1 - q0
     length = np.linalg.norm(step, axis=1)
     unit = step / np.where(length > 0, length, 1.0)[:, None]
     hits = find_hits_near(trimmed, near, group, q0, unit, length_mm=length)
     row, rail = here[hits.ray // RAILS], hits.ray % RAILS
-    at = s[row] + hits.at_mm / length[hits.ray] * (s[row + 1] - s[row])
+    at = frames.s_mm[row] + hits.at_mm / length[hits.ray] * np.diff(frames.s_mm)[row]
     return _Crossings(owner[row], hits.face, at, rails[owner[row], rail])
 
 
@@ -162,17 +191,18 @@ def _bounds(seam: Seam, s_mm: FloatArray) -> FloatArray:
     return np.array([*kept, length])
 
 
-def _between(graph: BrepGraph, seam: Seam, bounds: FloatArray) -> FloatArray:
-    """Return the points of the wire between neighbouring bounds: at a station, or else half-way; (k, RAILS, 3)."""
-    frames, out = seam.frames, rails_mm(seam)[:, None]
-    points = []
-    for low, high in pairwise(bounds.tolist()):
-        row = int(np.argmin(np.abs(frames.s_mm - (low + high) / 2)))
-        p, z = frames.p[row], frames.R[row, :, 2]
-        if not low < frames.s_mm[row] < high:
-            (p,), (z,) = _wire(graph, seam, np.array([(low + high) / 2]))
-        points.append(p + out * z)
-    return np.array(points)
+def _between(wires: _Wires, bounds: Sequence[FloatArray]) -> FloatArray:
+    """Return the points of the wires between neighbouring bounds: at a station, or else half-way; (k, RAILS, 3)."""
+    low, high = (np.concatenate([own[ends] for own in bounds]) for ends in (slice(None, -1), slice(1, None)))
+    row, s = np.repeat(np.arange(len(bounds)), [len(own) - 1 for own in bounds]), (low + high) / 2
+    frames = SeamFrames.joined([seam.frames for seam in wires.seams])
+    first = np.cumsum([0, *(len(seam.frames) for seam in wires.seams)])
+    near = [first[k] + np.abs(wires.seams[k].frames.s_mm - s[at][:, None]).argmin(axis=1) for k, at in by_number(row)]
+    own = frames.select(np.concatenate(near))
+    p, z = own.p, own.R[:, :, 2]
+    odd = np.flatnonzero((own.s_mm <= low) | (own.s_mm >= high))
+    p[odd], z[odd] = wires.at(row[odd], s[odd])
+    return np.asarray(p[:, None] + wires.rails[row][..., None] * z[:, None])
 
 
 def _parameters(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[int, FloatArray]:
@@ -212,11 +242,11 @@ def _without_slivers(stretches: list[Stretch]) -> list[Stretch]:
     return kept
 
 
-def _cuts(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequence[_Change]) -> list[float]:
+def _cuts(trimmed: TrimmedFaces, wires: _Wires, changes: Sequence[_Change]) -> list[float]:
     """Return the arc lengths at which to cut: where the seam goes through a face, or else where the wire is free."""
-    cuts = [_exact(graph, c.seam, c.s_mm, c.hits, enters=c.enters) if c.is_tip else np.nan for c in changes]
+    cuts = [_exact(wires.graph, c.seam, c.s_mm, c.hits, enters=c.enters) if c.is_tip else np.nan for c in changes]
     wire = [row for row, change in enumerate(changes) if not change.is_tip]
-    for row, s in zip(wire, _where_wire_is_free(graph, trimmed, [changes[row] for row in wire]).tolist(), strict=True):
+    for row, s in zip(wire, _where_wire_is_free(trimmed, wires, [changes[row] for row in wire]).tolist(), strict=True):
         cuts[row] = s
     return cuts
 
@@ -250,7 +280,7 @@ def _exact(graph: BrepGraph, seam: Seam, s_mm: float, hits: _Crossings, *, enter
     return (min(found) if enters else max(found)) if found else s_mm
 
 
-def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequence[_Change]) -> FloatArray:
+def _where_wire_is_free(trimmed: TrimmedFaces, wires: _Wires, changes: Sequence[_Change]) -> FloatArray:
     """Return the places next to those where a point of the wire meets a solid at which the whole wire is free."""
     if not changes:
         return np.zeros(0)
@@ -259,35 +289,28 @@ def _where_wire_is_free(graph: BrepGraph, trimmed: TrimmedFaces, changes: Sequen
     bad, limit = np.array([(change.s_mm, change.limit_mm) for change in changes]).T
     end = np.array([0.0 if change.enters else change.seam.frames.s_mm[-1] for change in changes])
     good = bad + np.clip(end - bad, -SEARCH_MM, SEARCH_MM)
-    way = np.sign(good - bad)
+    seam, way = np.array([change.row for change in changes]), np.sign(good - bad)
     share = np.arange(1, SEARCH_PLACES + 1) / SEARCH_PLACES
     while True:
         rows = np.flatnonzero((np.abs(good - bad) > CUT_MM) & ((bad - limit) * way < 0.0))
         if len(rows) == 0:
             return np.asarray(good, dtype=np.float64)
         places = bad[rows, None] + (good - bad)[rows, None] * share
-        frames = [_wire(graph, changes[row].seam, s) for row, s in zip(rows.tolist(), places, strict=True)]
-        p, z = (np.concatenate(column) for column in zip(*frames, strict=True))
-        q = p + np.repeat(start[rows], SEARCH_PLACES)[:, None] * z
         is_asked = np.ones(places.shape, dtype=bool)
         is_asked[:, 1:] = (places[:, :-1] - limit[rows, None]) * way[rows, None] < 0.0
-        asked, free = np.flatnonzero(is_asked), np.ones(places.shape, dtype=bool)
-        far_mm = np.repeat(length[rows], SEARCH_PLACES)[asked]
-        free[is_asked] = ~is_blocked(graph, trimmed, q[asked], z[asked], length_mm=far_mm)
+        own, at = np.nonzero(is_asked)
+        p, z = wires.at(seam[rows][own], places[own, at])
+        q, far_mm = p + start[rows][own, None] * z, length[rows][own]
+        near = find_near_faces(
+            wires.graph, trimmed, q, q + far_mm[:, None] * z, np.flatnonzero(np.diff(own, prepend=-1))
+        )
+        met = find_hits_near(trimmed, near, own, q, z, length_mm=far_mm).ray
+        free = np.ones(places.shape, dtype=bool)
+        free[own[met], at[met]] = False
         first = np.where(free.any(axis=1), free.argmax(axis=1), SEARCH_PLACES - 1)
         own = np.arange(len(rows))
         bad[rows] = np.where(first > 0, places[own, np.maximum(first - 1, 0)], bad[rows])
         good[rows] = places[own, first]
-
-
-def _wire(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the points of a seam at arc lengths and the directions of the wire there, two arrays (k, 3)."""
-    frames = _path(seam.frames)
-    z = np.stack([np.interp(s_mm, frames.s_mm, column) for column in frames.R[:, :, 2].T], axis=1)
-    z /= np.linalg.norm(z, axis=1, keepdims=True)
-    if len(frames) == 2:
-        return np.stack([np.interp(s_mm, frames.s_mm, column) for column in frames.p.T], axis=1), z
-    return points_at(graph, seam.pieces, s_mm), z
 
 
 def _bisected(height: Callable[[FloatArray], FloatArray], t: FloatArray, count: int) -> FloatArray:

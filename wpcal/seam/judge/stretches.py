@@ -100,8 +100,7 @@ def _parts(graph: BrepGraph, cut: Cut) -> list[tuple[Seam, Stretch]]:
 
 def _directed(graph: BrepGraph, runs: list[SeamPieces]) -> list[SeamPieces]:
     """Return open runs that start at the end with the smaller (x, y, z)."""
-    together = Runs(SeamPieces.joined(runs), np.cumsum([0, *(len(run) for run in runs)]))
-    p0, p1 = together.ends(graph)
+    p0, p1 = Runs.of(runs).ends(graph)
     return [run.backwards() if flip else run for run, flip in zip(runs, precedes(p1, p0).tolist(), strict=True)]
 
 

@@ -114,8 +114,7 @@ def with_frames(graph: BrepGraph, seams: Sequence[Seam], options: SeamOptions) -
     """Return seams with new lengths and frames, computed from their pieces, all at once."""
     if len(seams) == 0:
         return []
-    start = np.cumsum([0, *(len(seam.pieces) for seam in seams)])
-    runs = Runs(SeamPieces.joined([seam.pieces for seam in seams]), start)
+    runs = Runs.of([seam.pieces for seam in seams])
     frames, lengths, _ = measured(graph, runs, np.array([seam.closed for seam in seams]), options)
     return [
         replace(seam, length_mm=length, frames=own, lean_rad=None)

@@ -84,7 +84,7 @@ def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamF
     bent = set(runs.run_of_piece[sharp].tolist())
     if not bent:
         return stations, frames
-    piece, t, s, own_frames = [], [], [], []
+    piece, t, own_frames = [], [], []
     for number, (first, end) in enumerate(pairwise(stations.start.tolist())):
         rows = slice(first, end)
         own = Stations(np.array([0, end - first]), stations.piece[rows], stations.t[rows], stations.s_mm[rows])
@@ -93,12 +93,10 @@ def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamF
             own, of_own = _turned(graph, runs, number, own, of_own)
         piece.append(own.piece)
         t.append(own.t)
-        s.append(own.s_mm)
         own_frames.append(of_own)
     start = np.cumsum([0, *(len(rows) for rows in piece)])
-    p, R, angle = (np.concatenate([getattr(one, name) for one in own_frames]) for name in ("p", "R", "angle_rad"))
-    s_mm = np.concatenate(s)
-    return Stations(start, np.concatenate(piece), np.concatenate(t), s_mm), SeamFrames(s_mm, p, R, angle, frames.frame)
+    frames = SeamFrames.joined(own_frames)
+    return Stations(start, np.concatenate(piece), np.concatenate(t), frames.s_mm), frames
 
 
 def _turned(

@@ -6,6 +6,7 @@ ends.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,11 @@ class Runs:
 
     pieces: SeamPieces  #: The pieces of the first run in order, then those of the second, ….
     start: IntArray  #: shape (n + 1,). The pieces of run i are ``start[i]:start[i + 1]``.
+
+    @classmethod
+    def of(cls, runs: Sequence[SeamPieces]) -> Runs:
+        """Store runs."""
+        return cls(SeamPieces.joined(runs), np.cumsum([0, *(len(run) for run in runs)]))
 
     def __len__(self) -> int:
         return len(self.start) - 1
