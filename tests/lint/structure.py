@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_444,
+    "lines of wpcal and cad": 122_441,
     "lines of tests": 64_056,
     "rooms": 19,
     "arrows between rooms": 87,

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.core.same_bits import poses
 from wpcal.planning.cell.cell_clearance import beyond_a_face
-from wpcal.planning.cell.hulls import convex_hull_object, some_planes
+from wpcal.planning.cell.hulls import fcl_objects, some_planes
 from wpcal.planning.cell.shape import Shape
 
 fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -17,7 +17,7 @@ def test_what_is_settled_is_what_fcl_measures():
     corners = rng.uniform(-1, 1, (40, 3)) * [150, 80, 40]
     part = rng.uniform(-1, 1, (30, 1, 3)) * [250, 250, 60] + rng.uniform(-30, 30, (30, 3, 3))
     shape = Shape("hull", [[0, 0, 0]], [[0, 0, 0]], [200.0], hull=corners)
-    hull = convex_hull_object(shape)
+    ((hull, _, _),) = fcl_objects(shape)
     mesh = fcl.BVHModel()
     mesh.beginModel(90, 30)
     mesh.addSubModel(np.ascontiguousarray(part.reshape(-1, 3)), np.arange(90).reshape(-1, 3))

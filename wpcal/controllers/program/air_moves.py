@@ -252,21 +252,25 @@ class _Search:
 
     def rises(self, ends: Sequence[Ends]) -> list[tuple[AirWay, AirWay]]:
         """Return the ways from the approach and the retract of every seam. Raises `NoWayError` for all without one."""
-        own = [replace(self, torch=replace(self.torch, more_wire_mm=end.seam.more_wire_mm)) for end in ends]
-        found = [
-            (end.seam.name, (search.rise(end, 0), search.rise(end, 1))) for end, search in zip(ends, own, strict=True)
-        ]
+        ways = dict[str, tuple[AirWay | str, AirWay | str]]()
+        for more_mm in {end.seam.more_wire_mm for end in ends}:
+            own = [end for end in ends if end.seam.more_wire_mm == more_mm]
+            search = replace(self, torch=replace(self.torch, more_wire_mm=more_mm))
+            starts = search._starts(own)
+            for end, come, go in zip(own, starts[::2], starts[1::2], strict=True):
+                ways[end.seam.name] = search.rise(end, 0, come), search.rise(end, 1, go)
+        found = [(end.seam.name, ways[end.seam.name]) for end in ends]
         held = {name: way for name, ways in found for way in reversed(ways) if isinstance(way, str)}
         if held:
             raise NoWayError(held)
         return [(down, away) for _, (down, away) in found if isinstance(down, AirWay) and isinstance(away, AirWay)]
 
-    def rise(self, end: Ends, which: int) -> AirWay | str:
+    def rise(self, end: Ends, which: int, starts: FloatArray) -> AirWay | str:
         """Return the shortest free way from an end of a seam up to the plane; or why there is none.
 
         Where there is none the end is moved towards the weld; where none leads on from there, the torch goes aside.
         """
-        R, starts = end.R[which], self._starts(end, which)
+        R = end.R[which]
         usual = ((p, way) for p in starts for way in self._candidates(p, R))
         narrow = ((p, way) for p in starts for way in self._ways_aside(p, R, end.seam.more_wire_mm))
         is_free_back = cache(lambda a, b: a == b or self._is_outside_material(np.array([a, b]), R))
@@ -283,25 +287,32 @@ class _Search:
             f"torch comes nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape})"
         )
 
-    def _starts(self, end: Ends, which: int) -> FloatArray:
-        """Return from where the torch may come, or to where it may go, along the wire, shape (k, 3), mm.
+    def _starts(self, ends: Sequence[Ends]) -> list[FloatArray]:
+        """Return from where the torch may come, and to where it may go, along the wire; two of shape (k, 3) per seam.
 
         As far as was asked, half as far and so on; nothing is in its way between there and the weld.
         """
-        R, weld, more_mm = end.R[which : which + 1], end.weld[which], end.seam.more_wire_mm
-        away, wire = end.p[which] - weld, wire_directions(R, self.torch.axis)
-        far_mm = float(np.linalg.norm(away))
-        shares = 0.5 ** np.arange(max(1, 2 + math.floor(math.log2(max(far_mm, NO_LENGTH_MM) / NEAREST_MM))))
+        weld, R = (np.concatenate([getattr(end, name) for end in ends]) for name in ("weld", "R"))
+        away, wire, torch = (
+            np.concatenate([end.p for end in ends]) - weld,
+            wire_directions(R, self.torch.axis),
+            self.torch,
+        )
+        far_mm = np.linalg.norm(away, axis=1)
+        count = 2 + np.floor(np.log2(np.maximum(far_mm, NEAREST_MM / 2.0) / NEAREST_MM)).astype(np.int64)
+        row = np.repeat(np.arange(len(weld)), count)
+        share = 0.5 ** (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count))
         found = find_poses_in_material(
             self.part,
-            np.repeat(weld + (self.torch.standoff_mm + more_mm) * wire, len(shares), axis=0),
-            np.repeat(-wire, len(shares), axis=0),
-            self.torch.shape.with_more_wire(more_mm),
-            start_mm=start_mm(end.seam),
-            more_mm=np.asarray(far_mm * shares, dtype=np.float64),
-            bend=np.repeat(neck_directions(R, self.torch.axis), len(shares), axis=0),
+            (weld + (torch.standoff_mm + torch.more_wire_mm) * wire)[row],
+            -wire[row],
+            torch.shape.with_more_wire(torch.more_wire_mm),
+            start_mm=np.repeat([start_mm(end.seam) for end in ends], 2)[row],
+            more_mm=np.asarray(share * far_mm[row], dtype=np.float64),
+            bend=neck_directions(R, torch.axis)[row],
         )
-        return np.asarray(weld + np.delete(shares, found.row)[:MOST_NEARER, None] * away, dtype=np.float64)
+        row, share = np.delete(row, found.row), np.delete(share, found.row)
+        return [weld[k] + share[row == k][:MOST_NEARER, None] * away[k] for k in range(len(weld))]
 
     def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[int, list[FloatArray]]]:
         """Yield corners of ways up to the plane, the shortest first: the point farther back, one outside, one above."""

@@ -25,7 +25,7 @@ from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, Owner, body_pairs
 from wpcal.planning.cell.cell import TOOL, WORLD, Cell
 from wpcal.planning.cell.clearance import pair_margins, stacked
 from wpcal.planning.cell.distance_field import DistanceField
-from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl, some_planes
+from wpcal.planning.cell.hulls import HullMeasure, fcl_objects, import_fcl, some_planes
 from wpcal.planning.cell.segments import part_distances
 from wpcal.planning.cell.shape import JOINTS, corners_of_box
 from wpcal.robot.kinematics.forward import Frames
@@ -147,7 +147,6 @@ class CellClearance:
             self._outline = np.zeros((0, 3)) if part is None else _outline(part)
         else:
             self._field, self._outline = like._field, like._outline
-        self._objects: dict[int, Any] = {}
         self._known: dict[bytes, FloatArray] = {}  # of states, as bytes: margin, pair and least by carriers
         self._mesh: list[Any] = [] if like is None else like._mesh
         #: shape (c, 2). The pairs of frames (rows of `Cell.frames`) that carry bodies which are compared, each once.
@@ -307,13 +306,10 @@ class CellClearance:
         """Return the margins of the hull of one body from the part at some states, shape (len(rows),), mm."""
         assert self._capsules is not None
         assert self.part is not None
-        fcl, number = import_fcl(), int(self._capsules.body[column])
-        body = self._bodies[number]
-        if number not in self._objects:
-            self._objects[number] = convex_hull_object(body.shape)
+        fcl, body = import_fcl(), self._bodies[int(self._capsules.body[column])]
+        ((hull, _, _),) = fcl_objects(body.shape)
         if not self._mesh:
             self._mesh.append(_mesh_object(self.part))
-        hull = self._objects[number]
         T = product(
             inverse_pose(frames[self.cell.part_row].at(rows).matrices()), frames[body.carrier].at(rows).matrices()
         )

@@ -201,23 +201,13 @@ def fcl_objects(shape: Shape) -> list[tuple[Any, FloatArray, FloatArray]]:
     """
     fcl = import_fcl()
     if len(shape.hull):
-        return [(convex_hull_object(shape), np.eye(3), np.zeros(3))]
+        return [(fcl.CollisionObject(_fcl_hull(shape), fcl.Transform()), np.eye(3), np.zeros(3))]
     objects = []
     for p, q, radius in zip(shape.p, shape.q, shape.radius_mm, strict=True):
         along = length(q - p)
         geometry = fcl.Capsule(radius, along) if along > 0 else fcl.Sphere(radius)
         objects.append((fcl.CollisionObject(geometry, fcl.Transform()), _rotation_to(q - p), (p + q) / 2))
     return objects
-
-
-def convex_hull_object(shape: Shape) -> Any:
-    """Return FCL's object of the hull of a body.
-
-    Raises `GeometryError` when the corners of the hull lie in a plane.
-    Raises `InputError` when `python-fcl` is not installed.
-    """
-    fcl = import_fcl()
-    return fcl.CollisionObject(_fcl_hull(shape), fcl.Transform())
 
 
 @lru_cache(maxsize=256)
