@@ -252,18 +252,19 @@ class _Search:
 
     def rises(self, ends: Sequence[Ends]) -> list[tuple[AirWay, AirWay]]:
         """Return the ways from the approach and the retract of every seam. Raises `NoWayError` for all without one."""
-        ways = dict[str, tuple[AirWay | str, AirWay | str]]()
-        for more_mm in {end.seam.more_wire_mm for end in ends}:
-            own = [end for end in ends if end.seam.more_wire_mm == more_mm]
-            search = replace(self, torch=replace(self.torch, more_wire_mm=more_mm))
-            starts = search._starts(own)
-            for end, come, go in zip(own, starts[::2], starts[1::2], strict=True):
-                ways[end.seam.name] = search.rise(end, 0, come), search.rise(end, 1, go)
-        found = [(end.seam.name, ways[end.seam.name]) for end in ends]
-        held = {name: way for name, ways in found for way in reversed(ways) if isinstance(way, str)}
-        if held:
+        ways = dict(chain.from_iterable(self._rises(ends, mm) for mm in {end.seam.more_wire_mm for end in ends}))
+        found = [(name, *ways[name]) for name in (end.seam.name for end in ends)]
+        if held := {name: way for name, *both in found for way in reversed(both) if isinstance(way, str)}:
             raise NoWayError(held)
-        return [(down, away) for _, (down, away) in found if isinstance(down, AirWay) and isinstance(away, AirWay)]
+        return [(down, away) for _, down, away in found if isinstance(down, AirWay) and isinstance(away, AirWay)]
+
+    def _rises(self, ends: Sequence[Ends], more_mm: float) -> Iterator[tuple[str, tuple[AirWay | str, AirWay | str]]]:
+        """Yield the ways, or why there are none, of the seams with a wire that is so much longer."""
+        own = [end for end in ends if end.seam.more_wire_mm == more_mm]
+        search = replace(self, torch=replace(self.torch, more_wire_mm=more_mm))
+        starts = search._starts(own)
+        for end, come, go in zip(own, starts[::2], starts[1::2], strict=True):
+            yield end.seam.name, (search.rise(end, 0, come), search.rise(end, 1, go))
 
     def rise(self, end: Ends, which: int, starts: FloatArray) -> AirWay | str:
         """Return the shortest free way from an end of a seam up to the plane; or why there is none.

@@ -313,8 +313,7 @@ def _parted(
 
     `first`, `last`, `parts`: shape (n,). The rows of the ends of the steps, and into how many parts each is divided.
     `count`: How many rows there are; the new ones come behind them.
-    Returns the rows of both ends, and the share of the way from one to the other, of each new state; and the rows of
-    the ends of the parts.
+    Returns the rows of both ends and the share of the way of each new state, and the rows of the ends of the parts.
     """
     inner = parts - 1
     own = np.repeat(np.arange(len(parts)), inner)
