@@ -1,7 +1,6 @@
 """Typing and pasting in the picker's table: positions are read correctly, and the caret stays where it is.
 
-A push runs what only a browser does: paste, caret and undo. What is read from a text has tests of its own
-(`numbers.test.js`, `rows.test.js`).
+A push runs what only a browser does; `numbers.test.js` and `rows.test.js` test what is read from a text.
 """
 
 import json

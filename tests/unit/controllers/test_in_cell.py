@@ -8,6 +8,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, pipe_ring, with_positioner, write_cell
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.judge.asked import asked_of, compare
@@ -144,7 +145,7 @@ def written_in(name, plan, seams):
     return program, execute(files, tools=("tTorch", 1, 0, "torch"))
 
 
-@pytest.mark.parametrize("name", MOVING)
+@pytest.mark.parametrize("name", few(MOVING, 3))
 def test_a_plan_with_moving_axes_is_free_and_a_turned_part_or_a_moved_arm_is_named(moving, name):
     """The text leads the arm on the rail into the wall, or turns the part into the torch that waits beside it."""
     kind, plan, seams, sweep = moving
