@@ -11,6 +11,7 @@ from build123d import (
     Box,
     Cylinder,
     Plane,
+    PolarLocations,
     Polyline,
     Pos,
     RegularPolygon,
@@ -182,6 +183,57 @@ def test_an_upright_with_a_step_in_its_web_and_a_crossbar_keeps_its_roots() -> N
     accepted = [seam for seam in fused_seams(frame) if seam.accepted]
     assert accepted
     assert all(seam.length_mm < 500 for seam in accepted)
+
+
+def cut_beam(radius: float) -> Any:
+    """Return an I section with sharp roots, one flange coped; with a radius in the corner of the cope."""
+    cope = Pos(0, 80, 0) * Box(200, 120, 160)
+    return i_beam(200, 100, 10, 12, length=1000, root=0.0) - cope.fillet(radius, cope.edges().filter_by(Axis.X))
+
+
+def cut_angle() -> Any:
+    leg = Box(80, 8, 700, align=ALONG) + Pos(-36, 36, 0) * Box(8, 80, 700, align=ALONG)
+    return leg - Pos(30, 0, 350) * Box(60, 60, 100)
+
+
+def cut_tube(radius: float) -> Any:
+    """Return a square tube with a slot through one wall and into two more."""
+    slot = Box(60, 60, 80)
+    slot = slot.fillet(radius, slot.edges().filter_by(Axis.Y)) if radius else slot
+    return Box(100, 60, 800) - Box(88, 48, 800) - Pos(0, 40, 0) * slot
+
+
+@pytest.mark.parametrize(
+    "made", [cut_beam(1.0), cut_beam(10.0), cut_angle(), cut_tube(0.0), cut_tube(8.0)],
+    ids=["beam", "round beam", "angle", "tube", "round tube"],
+)  # fmt: skip
+def test_nobody_welds_the_corners_of_cuts_nor_the_roots_of_what_was_cut(made: Any) -> None:
+    assert not [seam for seam in fused_seams(made) if seam.accepted]
+
+
+def test_the_end_of_a_rib_that_is_as_wide_as_its_plate_is_no_cut() -> None:
+    seams = fused_seams(Box(200, 60, 10) + Pos(0, 0, 35) * Box(10, 60, 60))
+    assert sorted(round(seam.length_mm) for seam in seams if seam.accepted) == [60, 60]
+
+
+def test_nobody_welds_inside_a_case_that_an_arc_burns_through() -> None:
+    case = Box(120, 80, 40, align=ALONG) - Pos(0, 0, 1) * Box(118, 78, 40, align=ALONG)
+    assert not any(seam.accepted for seam in fused_seams(case + Box(120, 1, 30, align=ALONG)))
+
+
+@pytest.mark.parametrize(("side", "is_welded"), [(10, False), (40, True)])
+def test_nobody_welds_inside_a_box_with_many_small_ribs(side: int, is_welded: bool) -> None:
+    box = Box(160, 120, 4, align=ALONG) + Pos(0, -58, 0) * Box(160, 4, 60, align=ALONG)
+    box += [Pos(x, 20, 4) * Box(2.5, side, side, align=ALONG) for x in range(-65, 70, 10 if side == 10 else 30)]
+    assert any(seam.accepted for seam in fused_seams(box)) == is_welded
+
+
+def test_walls_of_many_pieces_of_rings_were_cast() -> None:
+    outer, inner = Cylinder(100, 50, align=ALONG), Cylinder(95, 50, align=ALONG)
+    for boss in PolarLocations(100, 12):
+        outer, inner = outer + boss * Cylinder(12, 50, align=ALONG), inner + boss * Cylinder(7, 50, align=ALONG)
+    graph, trimmed = graph_of(outer - Pos(0, 0, 5) * inner)
+    assert members_of(graph, trimmed, 0).straight_share < 0.6
 
 
 def test_a_coped_beam_is_welded_at_its_web_only() -> None:

@@ -1,22 +1,26 @@
-"""Corners inside one solid that were formed, not welded: bends of a sheet, and roots of rolled or drawn profiles."""
+"""Corners inside one solid that were formed or cut, not welded: bends of a sheet, corners of cuts through a wall."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.curves import edge_lengths, evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.built_up import SAME_THICKNESS, way_out
+from wpcal.seam.find.built_up import SAME_THICKNESS, sampled_surface, way_out
 
 THICKEST_BEND_MM = 6.5
 """Thicker sheets than 1/4 in are rarely bent to a sharp corner; two plates of one thickness that meet there may be
 welded."""
 THICKEST_COLLAR_MM = 4.0  #: Round a hole, a collar is drawn from sheets up to this; a thicker one is a piece of tube.
 MOULDED_MM = 3.0  #: Walls of moulded cases are up to this thick.
+CUT, CUT_COS = 0.5, 0.9
+"""A wall that was cut is thinner than this share of its width; the corners of the cut are square to it within 25
+degrees."""
 FOLDS = 3  #: Along so many edges that meet, no sheet is folded.
 BEND_STEP_MM = 0.5  #: Distance from an edge, and beyond an outer corner, at which the material is felt.
 FULL = 0.35  #: A bend is full from so far inside its outer corner on, which may be round; a prepared groove is deeper.
@@ -68,6 +72,56 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
     corners = np.flatnonzero(meeting >= FOLDS)
     boxes = solid[np.isin(graph.edge_vertices[edges], corners).any(axis=1)]
     return np.asarray(bent & ~np.isin(solid, boxes))
+
+
+def is_cut(
+    graph: BrepGraph, trimmed: TrimmedFaces, sides: tuple[int, int], middle: FloatArray, way: FloatArray
+) -> bool:
+    """Tell whether an inner corner, sharp or round, is that of a cut through a wall: a notch, a slot, a coped end.
+
+    Such a corner runs across the wall, from one side to the other, and at its ends is no other inner corner. The two
+    sides of the wall are much wider than it is thick: a strip on edge is no wall.
+
+    `sides`: The faces beside the corner, of one solid.
+    `middle`, `way`: shape (3,). The middle of the corner, in `part`, mm, and the direction along it.
+    """
+    solid = int(graph.face_solid[sides[0]])
+    inner = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
+    edge = _edge_between(graph, inner, sides, middle, way)
+    ends = None if edge is None else [_face_at(graph, inner, edge, int(vertex)) for vertex in graph.edge_vertices[edge]]
+    if edge is None or ends is None or None in ends:
+        return False
+    walls, p = np.array(ends), graph.vertex_p[graph.edge_vertices[edge]]
+    along = p[1] - p[0]
+    cos = project_to_faces(graph, walls, p).normal @ along / np.linalg.norm(along)
+    surface = sampled_surface(graph, trimmed, solid)
+    area_mm2 = np.bincount(surface.face, minlength=graph.face_count)[walls] * surface.mm2
+    around = [edge_lengths(graph)[inner[(graph.edge_faces[inner] == face).any(axis=1)]].sum() for face in ends]
+    is_wall = np.linalg.norm(along) <= CUT * np.max(2.0 * area_mm2 / around)
+    return bool(is_wall and cos[0] < -CUT_COS and cos[1] > CUT_COS)
+
+
+def _edge_between(
+    graph: BrepGraph, inner: IntArray, sides: tuple[int, int], middle: FloatArray, way: FloatArray
+) -> int | None:
+    """Return the nearest straight edge between two faces, or beside a round between them, that runs along a way."""
+    wall, base = (set(graph.edge_faces[inner[(graph.edge_faces[inner] == side).any(axis=1)]].ravel()) for side in sides)
+    hollow = (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0)
+    others = [sides[1], *(face for face in wall & base if hollow[face])]
+    pairs = graph.edge_faces[inner]
+    own = inner[(pairs == sides[0]).any(axis=1) & np.isin(pairs, others).any(axis=1)]
+    p = graph.vertex_p[graph.edge_vertices[own]]
+    along = p[:, 1] - p[:, 0]
+    is_along = np.abs(along @ way) > CUT_COS * np.maximum(np.linalg.norm(along, axis=1), BEND_STEP_MM)
+    own, p = own[is_along], p[is_along]
+    return int(own[np.argmin(np.linalg.norm(p.mean(axis=1) - middle, axis=1))]) if len(own) else None
+
+
+def _face_at(graph: BrepGraph, inner: IntArray, edge: int, vertex: int) -> int | None:
+    """Return the only other face at one end of an edge; None if there are more, or another inner corner."""
+    at = inner[(graph.edge_vertices[inner] == vertex).any(axis=1) & (inner != edge)]
+    others = set(graph.edge_faces[at].ravel().tolist()) - set(graph.edge_faces[edge].tolist())
+    return others.pop() if len(others) == 1 and not are_concave(graph, at).any() else None
 
 
 def are_inside(graph: BrepGraph, trimmed: TrimmedFaces, solid: IntArray, points: FloatArray) -> BoolArray:

@@ -16,8 +16,8 @@ from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
-from wpcal.seam.find.formed import are_bends
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.seam.find.formed import are_bends, is_cut
 from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.find.tubes import THIN_WALL
 from wpcal.seam.judge.hiding import hiding_words
@@ -303,6 +303,12 @@ class Judge:
         return len(bores) > 0 and len(p) > 0 and bool(np.ptp(p) > 2.0 * radius)
 
 
+def _corner(seam: Seam) -> tuple[tuple[int, int], FloatArray, FloatArray]:
+    """Return the faces beside the first piece of a seam, its middle, mm, and the direction there."""
+    middle = len(seam.frames) // 2
+    return (int(seam.pieces.wall[0]), int(seam.pieces.base[0])), seam.frames.p[middle], seam.frames.R[middle, :, 0]
+
+
 def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Finding]]:
     """Return, by row, the findings against seams that are concave edges inside a solid."""
     found: dict[int, list[Finding]] = defaultdict(list)
@@ -312,7 +318,7 @@ def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[S
         pieces, name = seams[row].pieces, seams[row].solids[0]
         members = members_of(graph, trimmed, number[name])
         pairs = zip(pieces.wall.tolist(), pieces.base.tolist(), strict=True)
-        way, length_mm = seams[row].frames.R[len(seams[row].frames) // 2, :, 0], seams[row].length_mm
+        way, length_mm = _corner(seams[row])[2], seams[row].length_mm
         around = [members.around(pair, way, length_mm) for pair in pairs]
         rolled = [one for one in around if one is not None]
         mm = edge_lengths(graph)[pieces.edge]
@@ -320,6 +326,8 @@ def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[S
         if rolled and inside_mm >= MOSTLY_ROLLED * mm.sum():  # it may turn round the end of its member
             words = f"a corner inside one {rolled[0].in_words} of {name}, as if rolled"
             found[row].append(Rule.ROLLED.found(words))
+        elif len(pieces) == 1 and is_cut(graph, trimmed, *_corner(seams[row])):
+            found[row].append(Rule.ROLLED.found(f"the corner of a cut through a wall of {name}"))
     rows = [row for row in inner if seams[row].source is SeamSource.CONCAVE]
     if not rows:
         return found

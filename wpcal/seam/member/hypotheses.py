@@ -52,7 +52,9 @@ def find_hypotheses(
         if not stretch.contour.is_bore:
             member = stock_of(graph, stretch, stretches)
             if member is not None:
-                cover = _on_details(graph, surface, member, convex, _on_stretch(surface, stretch, member))
+                cover = _on_details(
+                    graph, surface, member, convex, _on_stretch(graph, surface, stretch, stretches, member)
+                )
                 is_stub = stretch.contour.sharp > 0 and member.length_mm < SLENDER * member.section[1]
                 is_stub |= len(member.faces) > len(stretch.faces)  # a hollow extrusion
                 is_stub &= member.kind is MemberKind.PROFILE
@@ -185,13 +187,18 @@ def _tube_of_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolA
     yield Member(MemberKind.TUBE, faces, bore.way, sides, wall, bore.length_mm, bore.roots), cover
 
 
-def _on_stretch(surface: Surface, stretch: Prism, member: Member) -> BoolArray:
-    """Tell which points a stretch explains: those on its sides, and on its ends."""
+def _on_stretch(
+    graph: BrepGraph, surface: Surface, stretch: Prism, stretches: tuple[Prism, ...], member: Member
+) -> BoolArray:
+    """Tell which points a stretch explains: those on its sides and ends; of a profile, also where it was cut."""
     height = surface.p @ stretch.way
+    low, high = _coped(stretch, stretches) if member.kind is MemberKind.PROFILE else (stretch.low, stretch.high)
     is_rolled = member.kind is MemberKind.PROFILE and stretch.contour.sharp == 0
     past = ENDS_TOGETHER * stretch.length_mm if is_rolled else ON_MM  # something may stand beside its end
-    along = (height >= stretch.low - past) & (height <= stretch.high + past)
-    sides = np.isin(surface.face, list(member.faces)) & along
+    sides = np.isin(surface.face, list(member.faces)) & (height >= low - past) & (height <= high + past)
+    if member.kind is MemberKind.PROFILE and len(member.faces) == len(stretch.faces):  # no bore
+        cuts = np.isin(surface.face, list(_beside(graph, member.faces))) & _is_inside(surface, stretch)
+        return sides | (cuts & (height >= low) & (height <= high))
     ends = np.abs(surface.normal @ stretch.way) > ON_COS
     ends &= (np.abs(height - stretch.low) <= 0.05) | (np.abs(height - stretch.high) <= 0.05)
     ends &= _is_inside(surface, stretch)
@@ -199,6 +206,23 @@ def _on_stretch(surface: Surface, stretch: Prism, member: Member) -> BoolArray:
         solid = ends & (np.abs(surface.thick - member.thickness_mm) <= SAME_THICKNESS * member.thickness_mm)
         return sides | solid if solid.sum() >= SOLID_SHARE * ends.sum() else np.zeros_like(sides)
     return sides | ends
+
+
+def _coped(stretch: Prism, stretches: tuple[Prism, ...]) -> tuple[float, float]:
+    """Return from where to where a profile goes, coped ends included: there, a part of its section goes on."""
+    low, high, round_mm = stretch.low, stretch.high, stretch.sides_mm[0] / 2.0  # the corner of a cope may be round
+    box = stretch.contour.corners.min(axis=0) - ON_MM, stretch.contour.corners.max(axis=0) + ON_MM
+    for other in stretches:
+        q = other.contour.corners
+        if (
+            other.way is stretch.way
+            and len(other.faces & stretch.faces) > 1
+            and (q > box[0]).all()
+            and (q < box[1]).all()
+        ):
+            low = min(low, other.low) if -ON_MM <= stretch.low - other.high <= round_mm else low
+            high = max(high, other.high) if -ON_MM <= other.low - stretch.high <= round_mm else high
+    return low, high
 
 
 def _on_details(graph: BrepGraph, surface: Surface, member: Member, convex: BoolArray, cover: BoolArray) -> BoolArray:

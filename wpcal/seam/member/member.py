@@ -140,10 +140,13 @@ class Decomposition:
         """Return the member inside which a straight corner between two faces is.
 
         `way`: shape (3,). Along the corner, a unit vector. A member holds corners along its axis, hardly longer:
-        its section is not followed to its end where others stand on it. A plate holds those of its outline.
+        its section is not followed to its end where others stand on it. A plate holds those of its outline, and a
+        formed sheet those between its faces, which run smoothly into each other.
         """
         pair = (min(faces), max(faces))
         for one in self.members:
+            if one.kind is MemberKind.SHEET and one.faces.issuperset(pair):
+                return one
             is_outline = one.rims.issuperset(pair)
             most_mm = (1.0 + ENDS_TOGETHER) * (one.thickness_mm if is_outline else one.length_mm)
             if (is_outline or pair in one.roots) and abs(one.axis @ way) > ON_COS and length_mm <= most_mm:

@@ -51,9 +51,14 @@ def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decompos
 
 
 def _are_straight(graph: BrepGraph, members: tuple[Member, ...]) -> list[bool]:
-    """Tell which members are no formed sheets, or pieces of rings beside slender ones, which others cover in part."""
-    has_slender = any(member.is_slender for member in members)  # a ring in a foot as thick was cast with it
-    return [member.kind is not MemberKind.SHEET or (has_slender and _is_ring(graph, member)) for member in members]
+    """Tell which members are no formed sheets, or pieces of rings beside slender ones, which others cover in part.
+
+    A ring in a foot as thick was cast with it; so were walls of which more pieces of rings are left than other members.
+    """
+    sheet = [member.kind is MemberKind.SHEET for member in members]
+    ring = [is_sheet and _is_ring(graph, member) for is_sheet, member in zip(sheet, members, strict=True)]
+    built = any(member.is_slender for member in members) and COST[MemberKind.SHEET] * sum(ring) <= sheet.count(False)
+    return [not is_sheet or (built and is_ring) for is_sheet, is_ring in zip(sheet, ring, strict=True)]
 
 
 def _is_ring(graph: BrepGraph, member: Member) -> bool:

@@ -39,6 +39,9 @@ welded: of some 200 files that nobody welds, the highest has 0.12."""
 LEAST_TOUCHED = 0.75
 """Of a solid of several members that touches others, at least so much of the surface is on plates, bars and tubes; what
 is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
+SMALL_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3, 0.2
+"""A solid is one piece if so many plates, bars and sheets, more than this share of its members, are smaller than this
+(root of the area): of 20 weldments each has one such member at most, of printed boxes it is a quarter."""
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
@@ -134,8 +137,7 @@ def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str |
     if share < LEAST_BUILT_UP and members.straight_share < LEAST_EXPLAINED:
         return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
     if share < LEAST_BUILT_UP and members.is_moulded:
-        thin = min(one.thickness_mm for one in members.members)
-        return f"it has walls of {thin:.1f} mm and no slender plate, bar or tube"
+        return _walls(members)
     return _why_timber(members)
 
 
@@ -220,15 +222,15 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 
     `solids`: shape (n,).
 
-    Those are left out that are mostly free-form sheet. Of those that others touch, also what is one plate with steps,
-    and what is small beside the part while its other members were drawn as bodies of their own.
+    Of those that others touch, also what is one plate with steps is left out, and what is small beside the part while
+    its other members were drawn as bodies of their own.
     """
     found = count_solids(graph, trimmed, solids)
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
         members = members_of(graph, trimmed, solid)
-        found[row] = not _is_pressed(graph, members)
+        found[row] = _why_formed(graph, trimmed, solid) is None
         if found[row] and touched[solid]:
             axes = np.array([one.axis for one in members.members]).reshape(-1, 3)
             is_stepped = {one.kind for one in members.members} == {MemberKind.PLATE}
@@ -237,10 +239,32 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
     return solids[found]
 
 
-def _is_pressed(graph: BrepGraph, found: Decomposition) -> bool:
-    """Tell whether a solid is mostly free-form sheet: it was pressed, or moulded, with its corners."""
+def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    """Tell why a solid looks pressed, moulded or printed with its corners, whatever explains it; None if it does not.
+
+    It is mostly free-form sheet, is too thin for an arc, or has many members that are smaller than any shop cuts.
+    """
+    found = members_of(graph, trimmed, solid)
     sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
-    return found.straight_share < LEAST_STRAIGHT and bool((graph.face_kind[sheets] == SurfaceKind.NURBS).any())
+    if found.straight_share < LEAST_STRAIGHT and (graph.face_kind[sheets] == SurfaceKind.NURBS).any():
+        return "it is mostly free-form sheet: it looks pressed or moulded"
+    if found.is_moulded:
+        return _walls(found)
+    small = _count_small(found, screw_faces(graph, trimmed, solid))
+    if small >= MANY_SMALL and small > SMALL_SHARE * len(found.members):
+        return f"{small} of its {len(found.members)} members are below {SMALL_MM:g} mm: it looks moulded or printed"
+    return None
+
+
+def _count_small(found: Decomposition, bolts: frozenset[int]) -> int:
+    """Return how many plates, bars and sheets are smaller than `SMALL_MM`, bolts left out."""
+    cut = [one for one in found.members if one.kind in (MemberKind.PLATE, MemberKind.BAR, MemberKind.SHEET)]
+    return sum(max(one.section[1], one.length_mm) < SMALL_MM and not one.faces <= bolts for one in cut)
+
+
+def _walls(found: Decomposition) -> str:
+    thin = min(one.thickness_mm for one in found.members)
+    return f"it has walls of {thin:.1f} mm and no slender plate, bar or tube"
 
 
 def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
@@ -299,8 +323,8 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
 def _why_none_is_welded(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     if (why := why_one_piece(graph, trimmed, solid)) is not None:
         return why
-    if _is_pressed(graph, members_of(graph, trimmed, solid)):
-        return "it is mostly free-form sheet: it looks pressed or moulded"
+    if (why := _why_formed(graph, trimmed, solid)) is not None:
+        return why
     screwed = "those that may be welds are round bolts or screws"
     return None if _inner_corners(graph, trimmed, solid) else screwed
 
