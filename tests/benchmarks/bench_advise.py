@@ -34,9 +34,8 @@ TRIALS = 2000
 
 def main() -> Table:
     title = f"Largest 95 % error along the seams, {POINTS} points, sigma {SIGMA_MM} mm, minimax: predicted (simulated)"
-    table = Table(title=title)
-    for heading in ("part", "advised", "median random", "nearest corners", "random / advised", "nearest / advised"):
-        table.add_column(heading)
+    heads = "part", "advised", "median random", "nearest corners", "random / advised", "nearest / advised"
+    table = Table(*heads, title=title)
     real = {path.name: path for path in (SHARED / name for name in REAL) if path.is_file()}
     for name, path in (SAMPLES | real).items():
         table.add_row(name, *_row(path))

@@ -21,9 +21,7 @@ BOX_MM = np.array([600.0, 400.0, 300.0])
 
 
 def main() -> Table:
-    table = Table(title="Calibrator")
-    for heading in ("what", "asked", "measured"):
-        table.add_column(heading)
+    table = Table("what", "asked", "measured", title="Calibrator")
     for row in (*_table1(), *_random_problems(), *_sizes(), *_study(), *_coverage()):
         table.add_row(*row)
     return table

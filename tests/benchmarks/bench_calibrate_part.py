@@ -19,9 +19,7 @@ T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.
 
 
 def main() -> Table:
-    table = Table(title="The main job")
-    for heading in ("what", "asked", "measured"):
-        table.add_column(heading)
+    table = Table("what", "asked", "measured", title="The main job")
     with tempfile.TemporaryDirectory() as folder:
         for row in at_the_prompt(Path(folder)):
             table.add_row(*row)

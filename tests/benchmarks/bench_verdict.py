@@ -24,21 +24,9 @@ NOISES = ("gaussian", "bounded", "t3")
 
 
 def main() -> Table:
-    table = Table(title=f"{TRIALS} calibrations per part, true sigma {SIGMA_MM} mm, tolerance {TOLERANCE_MM} mm, in %")
-    heads = (
-        "noise",
-        "criterion",
-        "sigma",
-        "points",
-        "PASS",
-        "UNSURE",
-        "FAIL",
-        "PASS, outside",
-        "FAIL, inside",
-        "covered",
-    )
-    for heading in heads:
-        table.add_column(heading)
+    heads = "noise", "criterion", "sigma", "points", "PASS", "UNSURE", "FAIL", "PASS, outside", "FAIL, inside"
+    title = f"{TRIALS} calibrations per part, true sigma {SIGMA_MM} mm, tolerance {TOLERANCE_MM} mm, in %"
+    table = Table(*heads, "covered", title=title)
     for noise in NOISES:
         for criterion in (Criterion.MINIMAX, Criterion.LEAST_SQUARES):
             for stated in (True, False):

@@ -39,9 +39,7 @@ class FieldStudy:
 
 def main() -> Table:
     heads = ("part", "field", "points", "stated", "covered", "PASS", "FAIL", "PASS, outside", "FAIL, inside", "oracle")
-    table = Table(title=f"{TRIALS} calibrations, sigma {SIGMA_MM} mm, tolerance {TOLERANCE_MM} mm, in %")
-    for heading in heads:
-        table.add_column(heading)
+    table = Table(*heads, title=f"{TRIALS} calibrations, sigma {SIGMA_MM} mm, tolerance {TOLERANCE_MM} mm, in %")
     for part in PARTS:
         for amplitude, length in FIELDS_MM:
             for n in COUNTS:

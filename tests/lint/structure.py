@@ -17,8 +17,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_559,
-    "lines of tests": 64_108,
+    "lines of wpcal and cad": 122_558,
+    "lines of tests": 64_098,
     "rooms": 19,
     "arrows between rooms": 87,
     "imported packages that pyproject.toml does not declare": 0,

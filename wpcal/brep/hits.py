@@ -52,15 +52,15 @@ def find_hits(
     `length_mm`: shape (m,). Where the rays end.
     `solid`: shape (m,). Only the faces of this solid, one for all rays or one for each.
     """
-    only = None if solid is None else np.broadcast_to(np.asarray(solid, dtype=np.int64), len(origins))
+    faces = None if solid is None or np.ndim(solid) else np.flatnonzero(graph.face_solid == solid)
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
     found = []
     for first in range(0, max(len(origins), 1), CHUNK):
         chunk = slice(first, first + CHUNK)
-        ray, face, low, high = _through_boxes(trimmed, origins[chunk], rays[chunk], length[chunk])
+        ray, face, low, high = _through_boxes(trimmed, origins[chunk], rays[chunk], length[chunk], faces)
         ray = ray + first
-        if only is not None:
-            own = graph.face_solid[face] == only[ray]
+        if isinstance(solid, np.ndarray):
+            own = graph.face_solid[face] == solid[ray]
             ray, face, low, high = ray[own], face[own], low[own], high[own]
         pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length[ray], (low, high))
         found.append(RayHits(ray[pair], face[pair], at, way))
@@ -155,11 +155,13 @@ def _is_between(z: FloatArray, dz: FloatArray, half: FloatArray, low: FloatArray
 
 
 def _through_boxes(
-    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray, faces: IntArray | None
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Return pairs of a ray and a face whose box the ray meets, and where the ray enters and leaves this box."""
-    ray, face = boxes_met(trimmed.box_tree, origins, rays, length)
+    """Return pairs of a ray and a face, of all or some, whose box it meets, and where it enters and leaves this box."""
     low, high = trimmed.face_box
+    tree = trimmed.box_tree if faces is None else BoxTree.of(low[faces], high[faces])
+    ray, face = boxes_met(tree, origins, rays, length)
+    face = face if faces is None else faces[face]
     with np.errstate(divide="ignore", invalid="ignore"):
         return ray, face, *passage(origins[ray].T, rays[ray].T, length[ray], low[face].T, high[face].T)
 

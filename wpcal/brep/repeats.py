@@ -138,8 +138,9 @@ def _kinds(graph: BrepGraph, group: SolidGroup) -> bytes:
 
 def _are_same(graph: BrepGraph, a: SolidGroup, b: SolidGroup) -> bool:
     """Tell whether two groups of the same kinds have the same shapes, one of them moved."""
-    shift = b.low - a.low
-    pairs = []
+    shift, pairs = b.low - a.low, []
+    if not _are_near(graph.edge_range[a.edges], graph.edge_range[b.edges]):  # most that differ do so here
+        return False
     for name, one, other, free in (
         ("face", a.faces, b.faces, (SurfaceKind.NURBS, SurfaceKind.NONE)),
         ("edge", a.edges, b.edges, (CurveKind.NURBS, CurveKind.DEGENERATE)),
@@ -150,7 +151,6 @@ def _are_same(graph: BrepGraph, a: SolidGroup, b: SolidGroup) -> bool:
         pairs += [(frame[one, 1:], frame[other, 1:]), (param[one], param[other])]
     ends = [graph.edge_vertices[group.edges] for group in (a, b)]
     pairs += [(graph.vertex_p[ends[0]][ends[0] >= 0] + shift, graph.vertex_p[ends[1]][ends[1] >= 0])]
-    pairs += [(graph.edge_range[a.edges], graph.edge_range[b.edges])]
     if not all(_are_near(one, other) for one, other in pairs):
         return False
     surfaces = [[graph.nurbs_surfaces[i] for i in graph.face_nurbs[g.faces].tolist() if i >= 0] for g in (a, b)]

@@ -82,10 +82,7 @@ class Strips:
 
 
 def items_of(start: IntArray, rows: IntArray) -> tuple[IntArray, IntArray]:
-    """Return pairs of a place in `rows`, shape (m,), and an item of that row, two arrays (k,); places are ascending.
-
-    `start`: The items of row i are ``start[i]`` to ``start[i + 1] - 1``.
-    """
+    """Return pairs of a place in `rows`, shape (m,), and an item of row i: ``start[i]`` to ``start[i + 1] - 1``."""
     count = start[rows + 1] - start[rows]
     at = np.repeat(np.arange(len(rows)), count)
     return at, np.arange(len(at)) + np.repeat(start[rows] - (np.cumsum(count) - count), count)
