@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_558,
+    "lines of wpcal and cad": 122_559,
     "lines of tests": 64_098,
     "rooms": 19,
     "arrows between rooms": 87,

@@ -190,13 +190,14 @@ def _tube_of_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolA
 def _on_stretch(
     graph: BrepGraph, surface: Surface, stretch: Prism, stretches: tuple[Prism, ...], member: Member
 ) -> BoolArray:
-    """Tell which points a stretch explains: those on its sides and ends; of a profile, also where it was cut."""
+    """Tell which points a stretch explains: those on its sides and ends; of a long profile, also where it was cut."""
     height = surface.p @ stretch.way
-    low, high = _coped(stretch, stretches) if member.kind is MemberKind.PROFILE else (stretch.low, stretch.high)
+    is_long = member.kind is MemberKind.PROFILE and stretch.length_mm >= SLENDER * member.section[1]
+    low, high = _coped(stretch, stretches) if is_long else (stretch.low, stretch.high)
     is_rolled = member.kind is MemberKind.PROFILE and stretch.contour.sharp == 0
     past = ENDS_TOGETHER * stretch.length_mm if is_rolled else ON_MM  # something may stand beside its end
     sides = np.isin(surface.face, list(member.faces)) & (height >= low - past) & (height <= high + past)
-    if member.kind is MemberKind.PROFILE and len(member.faces) == len(stretch.faces):  # no bore
+    if is_long and len(member.faces) == len(stretch.faces):  # no bore
         cuts = np.isin(surface.face, list(_beside(graph, member.faces))) & _is_inside(surface, stretch)
         return sides | (cuts & (height >= low) & (height <= high))
     ends = np.abs(surface.normal @ stretch.way) > ON_COS
