@@ -228,6 +228,12 @@ def test_nobody_welds_inside_a_box_with_many_small_ribs(side: int, is_welded: bo
     assert any(seam.accepted for seam in fused_seams(box)) == is_welded
 
 
+def test_a_lug_across_the_end_of_a_round_bar_is_no_cut() -> None:
+    lug = Pos(0, 0, 530) * (Box(20, 100, 60) & Cylinder(40, 60))
+    seams = fused_seams(Cylinder(40, 500, align=ALONG) + lug)
+    assert [round(seam.length_mm) for seam in seams if seam.accepted] == [77, 77]
+
+
 def test_walls_of_many_pieces_of_rings_were_cast() -> None:
     outer, inner = Cylinder(100, 50, align=ALONG), Cylinder(95, 50, align=ALONG)
     for boss in PolarLocations(100, 12):

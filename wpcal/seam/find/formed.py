@@ -80,7 +80,7 @@ def is_cut(
     """Tell whether an inner corner, sharp or round, is that of a cut through a wall: a notch, a slot, a coped end.
 
     Such a corner runs across the wall, from one side to the other, and at its ends is no other inner corner. The two
-    sides of the wall are much wider than it is thick: a strip on edge is no wall.
+    sides of the wall are much wider than it is thick: a strip on edge is no wall, nor is a bar that bulges at both.
 
     `sides`: The faces beside the corner, of one solid.
     `middle`, `way`: shape (3,). The middle of the corner, in `part`, mm, and the direction along it.
@@ -92,13 +92,14 @@ def is_cut(
     if edge is None or ends is None or None in ends:
         return False
     walls, p = np.array(ends), graph.vertex_p[graph.edge_vertices[edge]]
+    is_bar = ((graph.face_kind[walls] != SurfaceKind.PLANE) & (graph.face_outward[walls] > 0)).all()
     along = p[1] - p[0]
     cos = project_to_faces(graph, walls, p).normal @ along / np.linalg.norm(along)
     surface = sampled_surface(graph, trimmed, solid)
     area_mm2 = np.bincount(surface.face, minlength=graph.face_count)[walls] * surface.mm2
     around = [edge_lengths(graph)[inner[(graph.edge_faces[inner] == face).any(axis=1)]].sum() for face in ends]
     is_wall = np.linalg.norm(along) <= CUT * np.max(2.0 * area_mm2 / around)
-    return bool(is_wall and cos[0] < -CUT_COS and cos[1] > CUT_COS)
+    return bool(is_wall and not is_bar and cos[0] < -CUT_COS and cos[1] > CUT_COS)
 
 
 def _edge_between(
