@@ -228,6 +228,30 @@ def test_nobody_welds_inside_a_box_with_many_small_ribs(side: int, is_welded: bo
     assert any(seam.accepted for seam in fused_seams(box)) == is_welded
 
 
+def test_small_tabs_of_plate_leave_a_bracket_a_weldment() -> None:
+    gusset = Pos(-69, 0, 6) * Box(50, 6, 50, align=(Align.MIN, Align.CENTER, Align.MIN))
+    bracket = Box(150, 100, 6, align=ALONG) + Pos(-72, 0, 6) * Box(6, 100, 60, align=ALONG) + gusset
+    bracket += [Pos(65 - 12 * k, (-1) ** k * 25, 6) * Box(4, 16, 16, align=ALONG) for k in range(4)]
+    lengths = [round(seam.length_mm) for seam in fused_seams(bracket) if seam.accepted]
+    assert len(lengths) >= 12
+    assert lengths.count(50) == 4
+
+
+def bent_to_a_loop() -> Any:
+    """Return a P section of sheet 5 mm thick, 40 mm long: three bends, and its end against its own side."""
+    outer, inner = Box(220, 200, 40), Box(210, 190, 40)
+    outer = outer.fillet(25, outer.edges().filter_by(Axis.Z))
+    inner = inner.fillet(20, inner.edges().filter_by(Axis.Z))
+    corner = Pos(-97.5, -87.5, 0) * Box(25, 25, 40)
+    loop = outer - inner - corner
+    return loop + Pos(-107.5, -150, 0) * Box(5, 180, 40) + Pos(-95, -97.5, 0) * Box(25, 5, 40)
+
+
+def test_a_bent_sheet_that_closes_on_itself_is_welded_there() -> None:
+    lengths = [round(seam.length_mm) for seam in fused_seams(bent_to_a_loop()) if seam.accepted]
+    assert lengths.count(40) == 2
+
+
 def test_a_lug_across_the_end_of_a_round_bar_is_no_cut() -> None:
     lug = Pos(0, 0, 530) * (Box(20, 100, 60) & Cylinder(40, 60))
     seams = fused_seams(Cylinder(40, 500, align=ALONG) + lug)

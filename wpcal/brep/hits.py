@@ -53,11 +53,13 @@ def find_hits(
     `solid`: shape (m,). Only the faces of this solid, one for all rays or one for each.
     """
     faces = None if solid is None or np.ndim(solid) else np.flatnonzero(graph.face_solid == solid)
+    faces = None if faces is not None and len(faces) == graph.face_count else faces
+    tree = trimmed.box_tree if faces is None else BoxTree.of(*(corner[faces] for corner in trimmed.face_box))
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
     found = []
     for first in range(0, max(len(origins), 1), CHUNK):
         chunk = slice(first, first + CHUNK)
-        ray, face, low, high = _through_boxes(trimmed, origins[chunk], rays[chunk], length[chunk], faces)
+        ray, face, low, high = _through_boxes(trimmed, tree, origins[chunk], rays[chunk], length[chunk], faces)
         ray = ray + first
         if isinstance(solid, np.ndarray):
             own = graph.face_solid[face] == solid[ray]
@@ -155,11 +157,18 @@ def _is_between(z: FloatArray, dz: FloatArray, half: FloatArray, low: FloatArray
 
 
 def _through_boxes(
-    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray, faces: IntArray | None
+    trimmed: TrimmedFaces,
+    tree: BoxTree,
+    origins: FloatArray,
+    rays: FloatArray,
+    length: FloatArray,
+    faces: IntArray | None,
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Return pairs of a ray and a face, of all or some, whose box it meets, and where it enters and leaves this box."""
+    """Return pairs of a ray and a face, of all or some, whose box it meets, and where it enters and leaves this box.
+
+    `tree`: Of the boxes of the faces.
+    """
     low, high = trimmed.face_box
-    tree = trimmed.box_tree if faces is None else BoxTree.of(low[faces], high[faces])
     ray, face = boxes_met(tree, origins, rays, length)
     face = face if faces is None else faces[face]
     with np.errstate(divide="ignore", invalid="ignore"):

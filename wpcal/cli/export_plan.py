@@ -53,8 +53,8 @@ def refuse_other_tool(*given: Path) -> None:
     for name, value in PLANNED_TOOL.items():
         if name in said and str(said[name].value).removesuffix(".0") != value:
             raise InputError(
-                f"{said[name]} ({said[name].origin}): the tool of a cell, and of the programs of a plan, has {value}: "
-                f"its centre is the tip of the wire. Use such a tool, and say so here: WPCAL_{name.upper()}={value}"
+                f"{said[name]} ({said[name].origin}): the tool of the programs of a plan has its centre at the tip "
+                f"of the wire, and z along it. Use such a tool, and say so in the shop, or WPCAL_{name.upper()}={value}"
             )
 
 

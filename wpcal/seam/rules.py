@@ -115,7 +115,8 @@ class Rule(Enum):
     )
     ROLLED = RuleRow(
         0.2,
-        "Concave edge or round: it is a corner inside one member: of a rolled profile or a bent sheet, or of a cut.",
+        "Concave edge or round: it is inside one member (rolled profile, bent sheet, outline of a plate), or the "
+        "corner of a cut.",
         "The root of a rolled profile is not a weld, nor is the corner of a cut.",
         "shape: the members into which the solid is taken apart",
     )

@@ -185,7 +185,9 @@ def test_a_plan_of_touches_has_its_tool_and_a_shop_no_other(tmp_path: Path, shop
     assert (done.returncode, said in done.stderr) == (code, True), done.stderr
 
 
-@pytest.mark.parametrize(("shop", "said"), [("standoff_mm = 15", "0: its"), ("[export]\ntool_axis = 'x'", "z: its")])
+@pytest.mark.parametrize(
+    ("shop", "said"), [("standoff_mm = 15", "STANDOFF_MM=0"), ("[export]\ntool_axis = 'x'", "TOOL_AXIS=z")]
+)
 def test_the_programs_of_a_plan_have_the_tool_of_its_cell(tmp_path: Path, shop: str, said: str) -> None:
     (tmp_path / "wpcal.toml").write_text(shop)
     (tmp_path / "plan.json").write_text("{}")
@@ -193,4 +195,4 @@ def test_the_programs_of_a_plan_have_the_tool_of_its_cell(tmp_path: Path, shop: 
     seams = ROOT / "fixtures" / "tee" / "golden" / "seams.json"
     for words in (("plan", cell, seams, "-o", tmp_path / "out"), ("export", tmp_path, "-f", "rapid")):
         done = run_here(*words)
-        assert (done.returncode, f"the programs of a plan, has {said} centre is the tip" in done.stderr) == (2, True)
+        assert (done.returncode, f"say so in the shop, or WPCAL_{said}" in done.stderr) == (2, True), done.stderr

@@ -163,6 +163,13 @@ def test_an_approach_is_nearer_where_no_way_leads_on_from_it(finished_folder, ce
     np.testing.assert_allclose(back @ program.T_base_part.R[:, 2], back_mm, rtol=0, atol=1e-9)
 
 
+def test_a_torch_with_less_room_than_the_least_way_is_refused(finished_folder):
+    ceiling = box_mesh("ceiling", (-150, -200, 303.5), (250, 200, 310))
+    program = in_part(read_finished(finished_folder()).select(["W1"]), ceiling)
+    with pytest.raises(GeometryError, match="line of the wire, from 5 mm on, before it"):
+        check_program(program, air=AirSettings(up_base=tuple(program.T_base_part.R[:, 2])))
+
+
 @pytest.mark.parametrize(
     "solids",
     [

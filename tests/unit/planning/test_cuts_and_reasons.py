@@ -155,3 +155,11 @@ def test_a_part_farther_from_the_table_turns_with_the_positioner(tmp_path):
     q[0, -2:] = np.radians([40.0, 70.0])
     moved = farther.part_places(q)[0, :3, 3] - cell.part_places(q)[0, :3, 3]
     np.testing.assert_allclose(moved, 150.0 * cell.carrier_places(q)[0, :3, 2], atol=1e-9)
+
+
+def test_a_slimmer_nozzle_is_slimmer_than_itself_and_not_than_what_is_around_it(tmp_path):
+    hull = np.array([[11.0 * x, 11.0 * y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-60, -20) if x * y == 0])
+    nozzle = Shape("nozzle", [[0.0, 0.0, -20.0]], [[0.0, 0.0, -60.0]], [34.0], hull=hull, to_part_mm=3.0)
+    cell = dataclasses.replace(read_one_robot(write_cell(tmp_path, with_positioner())), torch=(nozzle,))
+    (slim,) = changed_cell(cell, Help("", torch_scale=0.5), np.zeros(3)).torch
+    np.testing.assert_allclose(slim.radius_mm, 5.5)

@@ -272,6 +272,11 @@ class _Search:
         Where there is none the end is moved towards the weld; where none leads on from there, the torch goes aside.
         """
         R = end.R[which]
+        if not len(starts):
+            return (
+                f"seam {end.seam.name}: the torch is in material wherever it stands on the line of the wire, from "
+                f"{NEAREST_MM:g} mm on, {('before', 'after')[which]} it ({self.torch.shape})"
+            )
         usual = ((p, way) for p in starts for way in self._candidates(p, R))
         narrow = ((p, way) for p in starts for way in self._ways_aside(p, R, end.seam.more_wire_mm))
         is_free_back = cache(lambda a, b: a == b or self._is_outside_material(np.array([a, b]), R))
@@ -300,7 +305,7 @@ class _Search:
             self.torch,
         )
         far_mm = np.linalg.norm(away, axis=1)
-        count = 2 + np.floor(np.log2(np.maximum(far_mm, NEAREST_MM / 2.0) / NEAREST_MM)).astype(np.int64)
+        count = 1 + np.floor(np.log2(np.maximum(far_mm, NEAREST_MM) / NEAREST_MM)).astype(np.int64)
         row = np.repeat(np.arange(len(weld)), count)
         share = 0.5 ** (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count))
         found = find_poses_in_material(

@@ -20,6 +20,7 @@ from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.external import external_axes
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask
@@ -121,9 +122,21 @@ def _kinds(cell: Cell, *, is_torch_free: bool) -> Iterator[Iterator[Help]]:
         yield (_moved(step, 2 * math.pi * side / SIDES) for step in MOVES_MM for side in range(SIDES))
         yield (Help(f"the part {'raised' if up > 0 else 'lowered'} by {abs(up):g} mm", raise_mm=up) for up in RAISES_MM)
     yield (Help(f"--torch-range-deg {most:g}", torch_range_deg=most) for most in RANGES_DEG)
-    nozzles = [float(shape.radius_mm.max()) for shape in cell.torch if shape.to_part_mm is not None]
+    nozzles = [_across_mm(shape) for shape in cell.torch if shape.to_part_mm is not None]
     if nozzles:
         yield (_slimmer(max(nozzles), scale) for scale in SLIMMER)
+
+
+def _across_mm(shape: Shape) -> float:
+    """Return how far a nozzle reaches from the axis of the torch, z of `tool`: its capsules may lie around a hull."""
+    around_mm = float(shape.radius_mm.max())
+    return min(around_mm, float(np.hypot(*shape.hull.T[:2]).max())) if len(shape.hull) else around_mm
+
+
+def _slim(shape: Shape, scale: float) -> Shape:
+    """Return the capsules of a slimmer torch, those of a nozzle around its axis and not around its hull."""
+    most_mm = np.inf if shape.to_part_mm is None else _across_mm(shape)
+    return replace(shape, radius_mm=scale * np.minimum(shape.radius_mm, most_mm), hull=np.zeros((0, 3)))
 
 
 def _slimmer(radius_mm: float, scale: float) -> Help:
@@ -157,9 +170,7 @@ def changed_cell(cell: Cell, help_: Help, centre: FloatArray) -> Cell:
     if help_.from_table_mm:
         cell = replace(cell, T_carrier_part=_shifted(cell.T_part, z_mm=help_.from_table_mm))
     if help_.torch_scale is not None:
-        scale = help_.torch_scale
-        slim = tuple(replace(shape, radius_mm=scale * shape.radius_mm, hull=np.zeros((0, 3))) for shape in cell.torch)
-        cell = replace(cell, torch=slim)
+        cell = replace(cell, torch=tuple(_slim(shape, help_.torch_scale) for shape in cell.torch))
     return cell
 
 

@@ -79,8 +79,9 @@ def is_cut(
 ) -> bool:
     """Tell whether an inner corner, sharp or round, is that of a cut through a wall: a notch, a slot, a coped end.
 
-    Such a corner runs across the wall, from one side to the other, and at its ends is no other inner corner. The two
-    sides of the wall are much wider than it is thick: a strip on edge is no wall, nor is a bar that bulges at both.
+    Such a corner runs across the wall, from one side to the other, and no other inner corner meets it at its ends. The
+    two sides of the wall are much wider than it is thick: a strip on edge is not a wall, nor is a bar that bulges at
+    both.
 
     `sides`: The faces beside the corner, of one solid.
     `middle`, `way`: shape (3,). The middle of the corner, in `part`, mm, and the direction along it.
@@ -98,7 +99,7 @@ def is_cut(
     surface = sampled_surface(graph, trimmed, solid)
     area_mm2 = np.bincount(surface.face, minlength=graph.face_count)[walls] * surface.mm2
     around = [edge_lengths(graph)[inner[(graph.edge_faces[inner] == face).any(axis=1)]].sum() for face in ends]
-    is_wall = np.linalg.norm(along) <= CUT * np.max(2.0 * area_mm2 / around)
+    is_wall = np.linalg.norm(along) <= CUT * np.min(2.0 * area_mm2 / around)
     return bool(is_wall and not is_bar and cos[0] < -CUT_COS and cos[1] > CUT_COS)
 
 
@@ -108,9 +109,10 @@ def _edge_between(
     """Return the nearest straight edge between two faces, or beside a round between them, that runs along a way."""
     wall, base = (set(graph.edge_faces[inner[(graph.edge_faces[inner] == side).any(axis=1)]].ravel()) for side in sides)
     hollow = (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0)
-    others = [sides[1], *(face for face in wall & base if hollow[face])]
+    others = [sides[1], *(face for face in wall & base if hollow[face] and face not in sides)]
     pairs = graph.edge_faces[inner]
     own = inner[(pairs == sides[0]).any(axis=1) & np.isin(pairs, others).any(axis=1)]
+    own = own[graph.edge_kind[own] == CurveKind.LINE]
     p = graph.vertex_p[graph.edge_vertices[own]]
     along = p[:, 1] - p[:, 0]
     is_along = np.abs(along @ way) > CUT_COS * np.maximum(np.linalg.norm(along, axis=1), BEND_STEP_MM)

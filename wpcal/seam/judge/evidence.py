@@ -27,6 +27,7 @@ from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_bolt_holes, find_clamps
+from wpcal.seam.member.member import MemberKind
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.member.said import Said, said_about
@@ -304,7 +305,7 @@ class Judge:
 
 
 def _corner(seam: Seam) -> tuple[tuple[int, int], FloatArray, FloatArray]:
-    """Return the faces beside the first piece of a seam, its middle, mm, and the direction there."""
+    """Return the faces beside the first piece of a seam, the middle of the seam, mm, and the direction there."""
     middle = len(seam.frames) // 2
     return (int(seam.pieces.wall[0]), int(seam.pieces.base[0])), seam.frames.p[middle], seam.frames.R[middle, :, 0]
 
@@ -319,12 +320,14 @@ def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[S
         members = members_of(graph, trimmed, number[name])
         pairs = zip(pieces.wall.tolist(), pieces.base.tolist(), strict=True)
         way, length_mm = _corner(seams[row])[2], seams[row].length_mm
-        around = [members.around(pair, way, length_mm) for pair in pairs]
+        is_sharp = seams[row].source is SeamSource.CONCAVE
+        around = [members.around(pair, way, length_mm, is_sharp=is_sharp) for pair in pairs]
         rolled = [one for one in around if one is not None]
         mm = edge_lengths(graph)[pieces.edge]
         inside_mm = mm[[one is not None for one in around]].sum()
         if rolled and inside_mm >= MOSTLY_ROLLED * mm.sum():  # it may turn round the end of its member
-            words = f"a corner inside one {rolled[0].in_words} of {name}, as if rolled"
+            made = "bent" if rolled[0].kind is MemberKind.SHEET else "rolled"
+            words = f"a corner inside one {rolled[0].in_words} of {name}, as if {made}"
             found[row].append(Rule.ROLLED.found(words))
         elif len(pieces) == 1 and is_cut(graph, trimmed, *_corner(seams[row])):
             found[row].append(Rule.ROLLED.found(f"the corner of a cut through a wall of {name}"))

@@ -136,16 +136,16 @@ class Decomposition:
         """Tell whether one member explains two faces: a corner between them was rolled, bent or cut with it."""
         return any(one in faces and other in faces for faces in self.explained)
 
-    def around(self, faces: tuple[int, int], way: FloatArray, length_mm: float) -> Member | None:
+    def around(self, faces: tuple[int, int], way: FloatArray, length_mm: float, *, is_sharp: bool) -> Member | None:
         """Return the member inside which a straight corner between two faces is.
 
         `way`: shape (3,). Along the corner, a unit vector. A member holds corners along its axis, hardly longer:
         its section is not followed to its end where others stand on it. A plate holds those of its outline, and a
-        formed sheet those between its faces, which run smoothly into each other.
+        formed sheet the round ones between its faces, which run smoothly into each other: a sharp one closes the sheet.
         """
         pair = (min(faces), max(faces))
         for one in self.members:
-            if one.kind is MemberKind.SHEET and one.faces.issuperset(pair):
+            if one.kind is MemberKind.SHEET and not is_sharp and one.faces.issuperset(pair):
                 return one
             is_outline = one.rims.issuperset(pair)
             most_mm = (1.0 + ENDS_TOGETHER) * (one.thickness_mm if is_outline else one.length_mm)

@@ -39,9 +39,10 @@ welded: of some 200 files that nobody welds, the highest has 0.12."""
 LEAST_TOUCHED = 0.75
 """Of a solid of several members that touches others, at least so much of the surface is on plates, bars and tubes; what
 is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
-SMALL_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3, 0.2
-"""A solid is one piece if so many plates, bars and sheets, more than this share of its members, are smaller than this
-(root of the area): of 20 weldments each has one such member at most, of printed boxes it is a quarter."""
+SMALL_MM, SMALL_THICK_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3.5, 3, 0.2
+"""A solid is one piece if so many plates, bars and sheets, and more than this share of its members, are smaller (root
+of the area; of a bar, its length) and thinner than this: 20 weldments have one each at most, in printed boxes a quarter
+of the members are such. Tabs of plate may be as small, but are thicker."""
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
@@ -242,7 +243,7 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     """Tell why a solid looks pressed, moulded or printed with its corners, whatever explains it; None if it does not.
 
-    It is mostly free-form sheet, is too thin for an arc, or has many members that are smaller than any shop cuts.
+    It is mostly free-form sheet, is too thin for an arc, or has many small and thin members.
     """
     found = members_of(graph, trimmed, solid)
     sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
@@ -257,8 +258,9 @@ def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
 
 
 def _count_small(found: Decomposition, bolts: frozenset[int]) -> int:
-    """Return how many plates, bars and sheets are smaller than `SMALL_MM`, bolts left out."""
-    cut = [one for one in found.members if one.kind in (MemberKind.PLATE, MemberKind.BAR, MemberKind.SHEET)]
+    """Return how many plates, bars and sheets are as small and thin as `SMALL_MM` says, bolts left out."""
+    kinds = (MemberKind.PLATE, MemberKind.BAR, MemberKind.SHEET)
+    cut = [one for one in found.members if one.kind in kinds and one.thickness_mm <= SMALL_THICK_MM]
     return sum(max(one.section[1], one.length_mm) < SMALL_MM and not one.faces <= bolts for one in cut)
 
 
