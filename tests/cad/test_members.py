@@ -9,6 +9,7 @@ from build123d import (
     Align,
     Axis,
     Box,
+    Circle,
     Cylinder,
     Plane,
     PolarLocations,
@@ -16,9 +17,11 @@ from build123d import (
     Pos,
     RegularPolygon,
     Sphere,
+    Spline,
     extrude,
     fillet,
     make_face,
+    sweep,
 )
 
 from cad.kernel.to_brep import to_brep
@@ -235,6 +238,13 @@ def test_small_tabs_of_plate_leave_a_bracket_a_weldment() -> None:
     lengths = [round(seam.length_mm) for seam in fused_seams(bracket) if seam.accepted]
     assert len(lengths) >= 12
     assert lengths.count(50) == 4
+
+
+def test_a_bent_pipe_whose_surface_is_free_form_is_welded_to_its_flange() -> None:
+    path = Spline((0, 0, 0), (15, 0, 150), (110, 0, 260), tangents=[(0, 0, 1), (1, 0, 0)])
+    pipe = sweep(Circle(22), path) - sweep(Circle(20), path)
+    lengths = [seam.length_mm for seam in fused_seams(pipe + Pos(0, 0, -3) * (Cylinder(30, 6) - Cylinder(20, 6)))]
+    np.testing.assert_allclose(lengths, [2 * np.pi * 22], rtol=1e-4)
 
 
 def bent_to_a_loop() -> Any:

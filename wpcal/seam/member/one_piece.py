@@ -247,7 +247,9 @@ def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     """
     found = members_of(graph, trimmed, solid)
     sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
-    if found.straight_share < LEAST_STRAIGHT and (graph.face_kind[sheets] == SurfaceKind.NURBS).any():
+    closed = graph.edge_faces[graph.is_seam_edge]  # a face that closes on itself is a bent tube
+    is_free = (graph.face_kind[sheets] == SurfaceKind.NURBS) & ~np.isin(sheets, closed)
+    if found.straight_share < LEAST_STRAIGHT and is_free.any():
         return "it is mostly free-form sheet: it looks pressed or moulded"
     if found.is_moulded:
         return _walls(found)
