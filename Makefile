@@ -14,7 +14,7 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
 	$(BIN)/wpcal demo -o out
 
-test: $(VENV)/ready ## the tests of a push, six minutes (CONTRIBUTING.md); in CI no test may be skipped for a new reason
+test: $(VENV)/ready ## the tests of a push, 8 to 9 minutes (CONTRIBUTING.md); in CI no test may be skipped for a new reason
 	$(PYTEST) -n 2 --dist loadfile -m "not deep" --durations=30 $(if $(CI),--assert-skips)
 
 near: $(VENV)/ready ## the tests that your change can reach, with lint and types: about a minute
