@@ -52,8 +52,9 @@ def find_hits(
     `length_mm`: shape (m,). Where the rays end.
     `solid`: shape (m,). Only the faces of this solid, one for all rays or one for each.
     """
-    faces = None if solid is None or np.ndim(solid) else np.flatnonzero(graph.face_solid == solid)
-    faces = None if faces is not None and len(faces) == graph.face_count else faces
+    each = np.asarray(-1 if solid is None else solid, dtype=np.int64)
+    is_one = solid is not None and each.ndim == 0 and bool((graph.face_solid != each).any())
+    faces = np.flatnonzero(graph.face_solid == each) if is_one else None
     tree = trimmed.box_tree if faces is None else BoxTree.of(*(corner[faces] for corner in trimmed.face_box))
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
     found = []
@@ -61,8 +62,8 @@ def find_hits(
         chunk = slice(first, first + CHUNK)
         ray, face, low, high = _through_boxes(trimmed, tree, origins[chunk], rays[chunk], length[chunk], faces)
         ray = ray + first
-        if isinstance(solid, np.ndarray):
-            own = graph.face_solid[face] == solid[ray]
+        if each.ndim:
+            own = graph.face_solid[face] == np.broadcast_to(each, len(origins))[ray]
             ray, face, low, high = ray[own], face[own], low[own], high[own]
         pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length[ray], (low, high))
         found.append(RayHits(ray[pair], face[pair], at, way))

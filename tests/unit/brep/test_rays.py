@@ -1,12 +1,14 @@
 """Rays through a part: a turned box, for which the slabs give the answer."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
+from wpcal.brep.hits import find_hits
 from wpcal.brep.rays import is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
@@ -51,3 +53,17 @@ def test_a_ray_ends_at_its_length() -> None:
     origins, rays = np.tile([0.0, 0.0, 100.0], (2, 1)), np.tile([0.0, 0.0, -1.0], (2, 1))
     blocked = is_blocked(graph, TrimmedFaces.of(graph), origins, rays, length_mm=np.array([79.0, 81.0]))
     assert blocked.tolist() == [False, True]
+
+
+@pytest.mark.parametrize("solid", [1, np.array(1), [1], [1] * 50, np.full(50, 1)], ids=type)
+def test_only_faces_of_the_solid_are_hit_however_it_is_given(solid: Any) -> None:
+    graph, rng = saved_graph("joint-tee"), np.random.default_rng(3)
+    low, high = graph.vertex_p.min(axis=0), graph.vertex_p.max(axis=0)
+    rays = rng.normal(size=(50, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    origins, trimmed = rng.uniform(low, high, (50, 3)) - graph.size_mm * rays, TrimmedFaces.of(graph)
+    every = find_hits(graph, trimmed, origins, rays, length_mm=2.0 * graph.size_mm)
+    own = graph.face_solid[every.face] == 1
+    assert 0 < own.sum() < len(own)
+    found = find_hits(graph, trimmed, origins, rays, length_mm=2.0 * graph.size_mm, solid=solid)
+    np.testing.assert_array_equal(found.face, every.face[own])
