@@ -298,13 +298,9 @@ class _Search:
 
         As far as was asked, half as far and so on; nothing is in its way between there and the weld.
         """
-        weld, R = (np.concatenate([getattr(end, name) for end in ends]) for name in ("weld", "R"))
-        away, wire, torch = (
-            np.concatenate([end.p for end in ends]) - weld,
-            wire_directions(R, self.torch.axis),
-            self.torch,
-        )
-        far_mm = np.linalg.norm(away, axis=1)
+        p, weld, R = (np.concatenate([getattr(end, name) for end in ends]) for name in ("p", "weld", "R"))
+        away, torch = p - weld, self.torch
+        wire, far_mm = wire_directions(R, torch.axis), np.linalg.norm(away, axis=1)
         count = 1 + np.floor(np.log2(np.maximum(far_mm, NEAREST_MM) / NEAREST_MM)).astype(np.int64)
         row = np.repeat(np.arange(len(weld)), count)
         share = 0.5 ** (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count))
@@ -318,7 +314,8 @@ class _Search:
             bend=neck_directions(R, torch.axis)[row],
         )
         row, share = np.delete(row, found.row), np.delete(share, found.row)
-        return [weld[k] + share[row == k][:MOST_NEARER, None] * away[k] for k in range(len(weld))]
+        free = np.split(share, np.searchsorted(row, np.arange(1, len(weld))))
+        return [weld[k] + own[:MOST_NEARER, None] * away[k] for k, own in enumerate(free)]
 
     def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[int, list[FloatArray]]]:
         """Yield corners of ways up to the plane, the shortest first: the point farther back, one outside, one above."""

@@ -89,8 +89,10 @@ def is_cut(
     solid = int(graph.face_solid[sides[0]])
     inner = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
     edge = _edge_between(graph, inner, sides, middle, way)
-    ends = None if edge is None else [_face_at(graph, inner, edge, int(vertex)) for vertex in graph.edge_vertices[edge]]
-    if edge is None or ends is None or None in ends:
+    if edge is None:
+        return False
+    ends = [_face_at(graph, inner, edge, vertex) for vertex in graph.edge_vertices[edge].tolist()]
+    if None in ends:
         return False
     walls, p = np.array(ends), graph.vertex_p[graph.edge_vertices[edge]]
     is_bar = ((graph.face_kind[walls] != SurfaceKind.PLANE) & (graph.face_outward[walls] > 0)).all()
