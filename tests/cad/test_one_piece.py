@@ -1,5 +1,6 @@
 """Members of a weldment are cut from plate, bar and tube, or turned; what was made in one piece is doubted."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -120,6 +121,39 @@ def test_the_corners_of_a_free_form_sheet_were_pressed_with_it() -> None:
     assert not any(seam.accepted for seam in detect_seams(graph))
     [(_, _, why)] = find_whole_solids(graph, TrimmedFaces.of(graph))
     assert why == "it is mostly free-form sheet: it looks pressed or moulded"
+
+
+def tongue() -> Any:
+    """Return a plate that is thinner at one end, as heads of milled holders are."""
+    return Box(80, 60, 6, align=LOW) + Pos(47, 0, 0) * Box(20, 12, 3, align=LOW)
+
+
+def padded() -> Any:
+    """Return a plate with pads for screws."""
+    plate = Box(260, 200, 4, align=LOW)
+    for x, y in itertools.product((-100, 0, 100), (-70, 70)):
+        plate += Pos(x, y, 4) * Box(14, 14, 8, align=LOW)
+    return plate
+
+
+def small_tee(scale: float) -> Any:
+    tee = Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, 4, 60, align=LOW)
+    return tee.scale(scale)
+
+
+@pytest.mark.parametrize(
+    ("shape", "why"),
+    [
+        (tongue(), "it is one plate with steps or pads: it looks milled or printed"),
+        (padded(), "none of its inner corners is between two of its members: it looks milled or printed"),
+        (small_tee(0.5), "it is 167 mm long with a wall of 2.0 mm: it looks moulded or printed"),
+        (small_tee(0.7), None),
+    ],
+)
+def test_steps_pads_and_walls_of_what_is_small_and_thin_were_milled_or_printed(shape: Any, why: str | None) -> None:
+    graph = to_brep([("S", shape.solid().wrapped)])
+    assert any(seam.accepted for seam in detect_seams(graph)) == (why is None)
+    assert [one[2] for one in find_whole_solids(graph, TrimmedFaces.of(graph))] == ([why] if why else [])
 
 
 @pytest.mark.parametrize("made", [pad, rounded_plate, flange, hub, mitred_angle, stub])

@@ -17,8 +17,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_595,
-    "lines of tests": 64_171,
+    "lines of wpcal and cad": 122_635,
+    "lines of tests": 64_205,
     "rooms": 19,
     "arrows between rooms": 87,
     "imported packages that pyproject.toml does not declare": 0,

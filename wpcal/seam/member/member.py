@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from itertools import combinations
 
 import numpy as np
 
@@ -126,11 +127,35 @@ class Decomposition:
         is_stock = any(one.is_slender or one.is_drawn_solid or one.kind in stock for one in self.members)
         return not is_stock and any(one.thickness_mm < THINNEST_MM for one in self.members)
 
+    @property
+    def is_stepped_plate(self) -> bool:
+        """Tell whether there is nothing but parallel plates with a side in common: one plate, thinner in places."""
+        if not self.are_parallel_plates:
+            return False
+        pairs = combinations([one.faces for one in self.members], 2)
+        return len(self.members) == 1 or any(one & other for one, other in pairs)
+
+    @property
+    def are_parallel_plates(self) -> bool:
+        """Tell whether there is nothing but parallel plates."""
+        axes = np.array([one.axis for one in self.members]).reshape(-1, 3)
+        is_plates = {one.kind for one in self.members} == {MemberKind.PLATE}
+        return is_plates and bool((np.abs(axes @ axes[0]) > ON_COS).all())
+
     def is_between(self, one: int, other: int) -> bool:
         """Tell whether two faces are on different members, both slender, or boxes of plates."""
-        own = [{k for k, faces in enumerate(self.explained) if face in faces} for face in (one, other)]
+        own = self._holding(one, other)
         plates = [any(self.members[k].is_slender or self.members[k].is_drawn_solid for k in held) for held in own]
         return all(plates) and not own[0] & own[1]
+
+    def is_joint(self, one: int, other: int) -> bool:
+        """Tell whether two faces are on different members."""
+        own = self._holding(one, other)
+        return all(own) and not own[0] & own[1]
+
+    def _holding(self, *faces: int) -> list[set[int]]:
+        """Return the numbers of the members that explain each face."""
+        return [{k for k, held in enumerate(self.explained) if face in held} for face in faces]
 
     def is_inside(self, one: int, other: int) -> bool:
         """Tell whether one member explains two faces: a corner between them was rolled, bent or cut with it."""

@@ -43,6 +43,9 @@ SMALL_MM, SMALL_THICK_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3.5, 3, 0.2
 """A solid is one piece if so many plates, bars and sheets, and more than this share of its members, are smaller (root
 of the area; of a bar, its length) and thinner than this: 20 weldments have one each at most, in printed boxes a quarter
 of the members are such. Tabs of plate may be as small, but are thicker."""
+TINY_MM, TINY_WALL_MM = 200.0, 2.6
+"""A solid of a shorter diagonal with a member thinner than this is one piece: of ten such nine were printed or milled,
+and one was the tab of a bicycle's stem."""
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
@@ -230,12 +233,9 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
-        members = members_of(graph, trimmed, solid)
         found[row] = _why_formed(graph, trimmed, solid) is None
         if found[row] and touched[solid]:
-            axes = np.array([one.axis for one in members.members]).reshape(-1, 3)
-            is_stepped = {one.kind for one in members.members} == {MemberKind.PLATE}
-            is_stepped &= bool((np.abs(axes @ axes[:1].T) > ON_COS).all())
+            is_stepped = members_of(graph, trimmed, solid).are_parallel_plates
             found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
     return solids[found]
 
@@ -256,7 +256,22 @@ def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     small = _count_small(found, screw_faces(graph, trimmed, solid))
     if small >= MANY_SMALL and small > SMALL_SHARE * len(found.members):
         return f"{small} of its {len(found.members)} members are below {SMALL_MM:g} mm: it looks moulded or printed"
-    return None
+    return _why_milled(graph, trimmed, solid, found)
+
+
+def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, found: Decomposition) -> str | None:
+    """Tell why a solid looks milled or printed by its steps, pads and size; None if it does not."""
+    if found.is_stepped_plate:
+        return "it is one plate with steps or pads: it looks milled or printed"
+    corners = _inner_corners(graph, trimmed, solid)
+    is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) for one in found.members)
+    if is_flat and not any(found.is_joint(*faces) for *faces, _ in corners):
+        return "none of its inner corners is between two of its members: it looks milled or printed"
+    low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
+    size = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
+    thin = min((one.thickness_mm for one in found.members), default=TINY_WALL_MM)
+    is_tiny = size < TINY_MM and thin < TINY_WALL_MM
+    return f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed" if is_tiny else None
 
 
 def _count_small(found: Decomposition, bolts: frozenset[int]) -> int:
