@@ -8,8 +8,8 @@ from pathlib import Path
 from cad.batch.job_record import JobInputs
 from wpcal.core.errors import WpcalError
 from wpcal.core.input_file import holds_file, read_bytes
+from wpcal.core.result_files import CALIBRATION_FILE
 from wpcal.pages.report import build_report
-from wpcal.results.agree import CALIBRATION_FILE
 from wpcal.results.differences import Difference, differences_of
 from wpcal.results.folder import read_record, read_result_folder
 from wpcal.seam.record import seams_csv

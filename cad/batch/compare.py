@@ -10,8 +10,9 @@ from typing import Any
 
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import holds_file, sha256_of_own
+from wpcal.core.result_files import CALIBRATION_FILE, JOB_FILE
 from wpcal.core.version import __version__
-from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE, twice_stated
+from wpcal.results.agree import twice_stated
 from wpcal.results.diff import compare_folders
 from wpcal.results.differences import Difference, differences_of, walk_records
 from wpcal.results.folder import read_record

@@ -13,10 +13,10 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of, sha256_of_own
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
+from wpcal.core.result_files import JOB_FILE, JOB_SCHEMA
 from wpcal.core.schemas import required_fields
 from wpcal.core.version import __version__
 from wpcal.core.whole_folder import put_in_place
-from wpcal.results.agree import JOB_FILE, JOB_SCHEMA
 
 _BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
 SUMMARY_SCHEMA = "wpcal/job-summary/1"  #: Of each line of ``summary.jsonl``.

@@ -33,9 +33,9 @@ from wpcal.cli.option_groups import option_names
 from wpcal.core.errors import WpcalError
 from wpcal.core.input_file import noted_files
 from wpcal.core.issue import Issue
+from wpcal.core.result_files import JOB_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.core.whole_folder import flush_later
-from wpcal.results.agree import JOB_FILE
 from wpcal.seam.options import SeamOptions
 
 if TYPE_CHECKING:

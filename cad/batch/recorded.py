@@ -24,7 +24,7 @@ from wpcal.cli.calibration_tables import exit_code
 from wpcal.cli.command_group import origins_of
 from wpcal.core.input_file import noted_files, sha256_of_own
 from wpcal.core.progress import Progress, no_progress
-from wpcal.results.agree import JOB_FILE, SEAMS_FILE
+from wpcal.core.result_files import JOB_FILE, SEAMS_FILE
 
 
 def asked_inputs(

@@ -15,7 +15,7 @@ from wpcal.core.errors import FormatError
 from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
-from wpcal.results.agree import JOB_FILE
+from wpcal.core.result_files import JOB_FILE
 from wpcal.results.differences import Difference, differences_of, walk_records
 
 FROM_RESULT = ("verdict", *NUMBERS, "pose")  #: Fields of a line that are those of the job's result.

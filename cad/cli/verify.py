@@ -13,6 +13,7 @@ import click
 from cad.cli.batch import MOST_AT_ONCE
 from cad.cli.options import MESH, PART, no_cache_option
 from wpcal.cli.shared_help import JSON_HELP
+from wpcal.core.result_files import CALIBRATION_FILE, JOB_FILE
 
 if TYPE_CHECKING:
     from cad.batch.inputs_now import InputsNow
@@ -130,7 +131,6 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
     from cad.batch.inputs_now import OPTION, InputsNow
     from cad.batch.summary import JSONL
     from wpcal.core.errors import InputError
-    from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE
 
     if not out.is_dir():
         raise InputError(f"{out}: no such folder; expected the results of wpcal calibrate or wpcal batch")
@@ -158,7 +158,6 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
 
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.errors import WpcalError
-    from wpcal.results.agree import JOB_FILE
 
     checked = Checked(folder.name)
     has_request = os.path.lexists(folder / JOB_FILE)
@@ -205,7 +204,6 @@ def _guessed(folder: Path, inputs: InputsNow) -> Claim | None:
 def _check_agreement(folder: Path, checked: Checked, unusual: list[dict[str, str]]) -> None:
     """Check the files of a folder without a request against one another, and say what that leaves open."""
     from cad.batch.agreement import disagreements
-    from wpcal.results.agree import JOB_FILE
 
     differences = [each.to_record() for each in disagreements(folder)]
     if differences:
@@ -226,7 +224,6 @@ def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None
     from cad.batch.recorded import Claim
     from cad.cli.kernel_work import FROM_STDIN
     from wpcal.core.errors import InputError
-    from wpcal.results.agree import JOB_FILE
 
     if not folder.is_dir():
         checked.differs([_difference(folder.name, "missing", "a folder")])
@@ -252,7 +249,6 @@ def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None
 def _not_found(folder: Path, asked: Any, error: WpcalError, checked: Checked) -> None:
     """Note that an input is not found by its hash: either it was changed, or the hash in job.json was."""
     from wpcal.core.errors import InputError
-    from wpcal.results.agree import CALIBRATION_FILE
     from wpcal.results.folder import read_record
 
     try:

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from cad.draw.reproducible import reproducible
+from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, in_ascii, safe_name, safe_names
 from wpcal.controllers.program import WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError
-from wpcal.formats.registry import Exporter
 from wpcal.seam.seam import JointType
 
 NAMES = NameRules("DXF", 60, "0 defpoints reference_points taught_points residuals_x100")

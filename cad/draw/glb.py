@@ -12,11 +12,11 @@ import numpy as np
 
 from wpcal.brep.mesh import PartMesh
 from wpcal.brep.mesh_glb import PART_RGB, linear_light, read_part_glb
+from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
-from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("GLB", 60)  #: For the name of the file; glTF itself sets no limit.
 GLTF_FROM_BASE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  #: z up becomes y up.

@@ -17,6 +17,7 @@ from cad.rpc.protocol import method_names
 from cad.session.decisions import read_decisions
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
+from wpcal.core.result_files import SEAMS_FILE
 from wpcal.core.wording import shown
 from wpcal.seam.record import SEAMS_SCHEMA
 
@@ -68,7 +69,7 @@ def _out(params: Mapping[str, Any]) -> list[str]:
 
 def formats(_: Mapping[str, Any]) -> dict[str, Any]:
     """Return the formats of `export`."""
-    from wpcal.formats.registry import exporter_named, exporter_names
+    from wpcal.controllers.exporters import exporter_named, exporter_names
 
     exporters = [exporter_named(name) for name in exporter_names()]
     listed = [
@@ -93,7 +94,7 @@ def touches(params: Mapping[str, Any]) -> dict[str, Any]:
     read_decisions(decisions, path="decisions")
     seams = [{**decision, "name": decision["candidate"]["name"]} for decision in decisions]
     with TemporaryDirectory() as folder:
-        file = Path(folder, "seams.json")
+        file = Path(folder, SEAMS_FILE)
         file.write_text(to_json({"schema": SEAMS_SCHEMA, "seams": seams}), encoding="utf-8")
         return _run("touches", [_path(params, "path"), "--seams", str(file), *_out(params)], params)
 

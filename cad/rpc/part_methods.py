@@ -30,9 +30,9 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import noted_files, read_bytes
 from wpcal.core.progress import Progress
 from wpcal.core.records import check_writable, write_file
+from wpcal.core.result_files import SEAMS_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.pages.report import seam_columns
-from wpcal.results.agree import SEAMS_FILE
 from wpcal.results.next_steps import next_steps
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging
@@ -267,7 +267,7 @@ def _words(params: Mapping[str, Any], *, has_rows: bool) -> list[str]:
     words = words_of(PART_OPTIONS.options, values)
     words += ["--touches", params["taught"]["touches"]] if "touches" in params["taught"] else []
     words += ["--setup", params["taught"]["setup"]] if params["taught"].get("setup") else []
-    return words + (["--seams", str(Path(params["out"]) / "seams.json")] if params.get("decisions") else [])
+    return words + (["--seams", str(Path(params["out"]) / SEAMS_FILE)] if params.get("decisions") else [])
 
 
 def _table(params: Mapping[str, Any], *, has_rows: bool) -> str:

@@ -27,9 +27,9 @@ from wpcal.core.input_file import sha256_of_own
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import json_parts, new_directory, to_json
+from wpcal.core.result_files import CALIBRATION_FILE, PART_FILE, SEAMS_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
-from wpcal.results.agree import CALIBRATION_FILE, PART_FILE
 from wpcal.results.folder import files_of_run
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam import Seam, SeamOptions
@@ -261,7 +261,7 @@ def calibrate_files(
         (folder / CALIBRATION_FILE).write_text(to_json(record), encoding="utf-8")
         give_memory_back()
         seams = found.seams_record()
-        with (folder / "seams.json").open("w", encoding="utf-8") as file:
+        with (folder / SEAMS_FILE).open("w", encoding="utf-8") as file:
             file.writelines(json_parts(seams))
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
         if means.wants_page(found.result):

@@ -12,10 +12,10 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 
 from tests.benchmarks.timing import least_seconds
+from wpcal.controllers.exporters import exporter_named, exporter_names
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 PATHS, POSES = 4, 2500

@@ -23,9 +23,9 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.record_check import check_record
 from wpcal.core.records import to_json
+from wpcal.core.result_files import JOB_FILE
 from wpcal.core.version import __version__
 from wpcal.pages.drift import build_drift_page
-from wpcal.results.agree import JOB_FILE
 from wpcal.study.drift import read_drift_jobs
 from wpcal.study.drift.record import drift_record
 from wpcal.study.drift.watch import JobsAsked

@@ -38,18 +38,18 @@ from cad.work.plain_types import PlainDataError
 from cad.workpiece.workpiece import Workpiece
 from tests.fuzz.target import FIXTURES, Target, of_path
 from wpcal.brep.graph_file import read_graph
+from wpcal.controllers.exporters import exporter_named, exporter_names
 from wpcal.controllers.program.weld_program import build_program
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import sha256_of
+from wpcal.core.result_files import JOB_FILE
 from wpcal.core.schemas import schema_text
 from wpcal.core.version import __version__
-from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.pages.cell import build_cell_page
 from wpcal.pages.report import build_report
 from wpcal.planning.cell.cell_check import cell_check_record, check_cell
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.results.agree import JOB_FILE
 from wpcal.results.diff import compare_folders
 from wpcal.results.folder import read_finished, read_result_folder
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm

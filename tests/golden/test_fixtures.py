@@ -16,7 +16,7 @@ import pytest
 
 from tests.running import run_here
 from wpcal.core.records import read_json, to_json
-from wpcal.results.agree import PART_FILE
+from wpcal.core.result_files import PART_FILE
 from wpcal.results.diff import assert_calibration_close, assert_seams_close
 from wpcal.results.folder import RECORD_SCHEMAS
 

@@ -17,10 +17,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_635,
+    "lines of wpcal and cad": 122_634,
     "lines of tests": 64_205,
     "rooms": 19,
-    "arrows between rooms": 87,
+    "arrows between rooms": 85,
     "imported packages that pyproject.toml does not declare": 0,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,

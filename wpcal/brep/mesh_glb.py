@@ -20,6 +20,7 @@ import numpy as np
 from wpcal.brep.mesh import PartMesh, Rgb, SolidMesh, vertex_normals
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError
+from wpcal.core.result_files import PART_FILE
 
 STEPS = 65535  #: Positions are 16-bit: steps of at least 1/65535 of a solid's size.
 STEPS_PER_DEFLECTION = 10
@@ -152,7 +153,7 @@ def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh, step_mm: float) 
 # Reading -------------------------------------------------------------------------------------------------------------
 
 
-def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
+def read_part_glb(data: bytes, *, path: str = PART_FILE) -> PartMesh:
     """Read a file of `write_part_glb`. Points exact to one step of the file.
 
     Raises `FormatError` if `data` is not such a file.

@@ -14,11 +14,10 @@ from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.input_file import read_bytes
 from wpcal.core.records import read_json
+from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA, PART_FILE
 
-CALIBRATION_FILE, CALIBRATION_SCHEMA = "calibration.json", "wpcal/calibration/1"
 
-
-def moved_glb(data: bytes, calibration: Mapping[str, Any], *, path: str = "part.glb") -> bytes:
+def moved_glb(data: bytes, calibration: Mapping[str, Any], *, path: str = PART_FILE) -> bytes:
     """Return ``part.glb`` with every solid moved as its body was found to have moved.
 
     ``part.glb`` holds the model. Torches and robots meet the real part: what is compared with it needs the moved one.

@@ -24,14 +24,13 @@ from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.pendant import NOTATIONS
+from wpcal.core.result_files import CALIBRATION_SCHEMA
 from wpcal.core.rotations import rx_ry_rz_deg
 from wpcal.core.transform import RigidTransform
 
 if TYPE_CHECKING:
     from wpcal.calibrate.errors.field_shift import FieldShift
     from wpcal.calibrate.size import PartSize
-
-SCHEMA = "wpcal/calibration/1"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -160,7 +159,7 @@ class CalibrationResult:
 
     def _record(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
+            "schema": CALIBRATION_SCHEMA,
             "robot_space": self.pairs.space.value,
             "verdict": self.verdict.value,
             "judgement": self.judgement.to_record(),

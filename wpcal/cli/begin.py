@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from wpcal.core.result_files import CALIBRATION_FILE
+
 PARTS = (".step", ".stp")
 MOST_FOLDERS = 200  #: Result folders are looked for among so many folders.
 
@@ -28,9 +30,8 @@ def next_here(folder: Path) -> list[str]:
 
 
 def _results(folder: Path) -> Iterator[Path]:
-    for path in sorted(folder.iterdir())[:MOST_FOLDERS]:
-        if (path / "calibration.json").is_file():
-            yield path / "calibration.json"
+    found = (path / CALIBRATION_FILE for path in sorted(folder.iterdir())[:MOST_FOLDERS])
+    yield from filter(Path.is_file, found)
 
 
 def _after(path: Path) -> list[str]:

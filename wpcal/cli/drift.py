@@ -45,8 +45,9 @@ def drift(
     from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json, write_file
+    from wpcal.core.result_files import CALIBRATION_FILE
     from wpcal.pages.drift import build_drift_page
-    from wpcal.results.agree import CALIBRATION_FILE, require_as_written
+    from wpcal.results.agree import require_as_written
     from wpcal.study.drift import read_drift_jobs
     from wpcal.study.drift.pooled import pool_jobs
     from wpcal.study.drift.record import drift_record

@@ -80,10 +80,10 @@ def export(
     from wpcal.cli.export_touches import export_touches, touches_file, with_touches, write_touch_setup
     from wpcal.cli.outputs import write_programs
     from wpcal.cli.progress import shown_progress
+    from wpcal.controllers.exporters import exporter_named
     from wpcal.controllers.judge.written import write_judged
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
-    from wpcal.formats.registry import exporter_named
 
     if "list" in formats:
         return _list_formats(as_json=as_json)
@@ -143,7 +143,7 @@ def _write_templates(folder: Path, names: list[str], *, force: bool) -> int:
 
 
 def _list_formats(*, as_json: bool) -> int:
-    from wpcal.formats.registry import exporter_named, exporter_names
+    from wpcal.controllers.exporters import exporter_named, exporter_names
 
     exporters = [exporter_named(name) for name in exporter_names()]
     if as_json:

@@ -31,7 +31,7 @@ PLANNED_TOOL = {"standoff_mm": "0", "tool_axis": "z"}  #: Of every cell: the tip
 def is_plan(folder: Path) -> bool:
     """Tell whether a folder holds a plan of one robot, and no calibration."""
     from wpcal.core.input_file import holds_file
-    from wpcal.results.agree import CALIBRATION_FILE
+    from wpcal.core.result_files import CALIBRATION_FILE
 
     if holds_file(folder, CALIBRATION_FILE):
         return False

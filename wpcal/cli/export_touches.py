@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from wpcal.cli.export_options import WeldProgramAsked
+    from wpcal.controllers.exporters import Exporter
     from wpcal.controllers.judge.written import Written
     from wpcal.controllers.program import WeldProgram
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.controllers.registry import Controller
-    from wpcal.formats.registry import Exporter
     from wpcal.robot.kinematics.arm import Arm
     from wpcal.touch.searches import TouchPlan
 
@@ -36,7 +36,7 @@ def touches_file(folder: Path) -> Path | None:
     Raises `InputError` when the folder holds a calibration, too.
     """
     from wpcal.core.errors import InputError
-    from wpcal.results.agree import CALIBRATION_FILE
+    from wpcal.core.result_files import CALIBRATION_FILE
     from wpcal.touch.searches.record import TOUCHES_FILE
 
     if folder.is_file() and folder.suffix.lower() == ".json" and folder.name != CALIBRATION_FILE:

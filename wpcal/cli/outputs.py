@@ -102,7 +102,8 @@ def require_result(seams: Path, *others: Path) -> None:
 
     Raises `FormatError` as `wpcal.results.agree.require_as_written`.
     """
-    from wpcal.results.agree import CALIBRATION_FILE, PART_FILE, require_as_written
+    from wpcal.core.result_files import CALIBRATION_FILE, PART_FILE
+    from wpcal.results.agree import require_as_written
 
     say_note(require_as_written(seams, also=(CALIBRATION_FILE, PART_FILE)))
     for other in others:

@@ -213,7 +213,7 @@ def with_welds(
 
 def calibration_of(given: SequenceInput, result: Path) -> Mapping[str, Any]:
     """Return the record of the calibration that found the part; empty without one."""
-    from wpcal.results.agree import CALIBRATION_FILE
+    from wpcal.core.result_files import CALIBRATION_FILE
     from wpcal.results.folder import read_record
 
     folder = result if result.is_dir() else result.parent

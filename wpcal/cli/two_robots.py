@@ -42,7 +42,7 @@ class TwoRobotRequest:
     @property
     def seams_json(self) -> Path:
         """The file with the seams."""
-        from wpcal.results.agree import SEAMS_FILE
+        from wpcal.core.result_files import SEAMS_FILE
 
         return self.result / SEAMS_FILE if self.result.is_dir() else self.result
 

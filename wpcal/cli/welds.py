@@ -137,9 +137,9 @@ def welds(
     """
     from wpcal.cli.outputs import require_new, say_note
     from wpcal.core.records import to_json, write_file
+    from wpcal.core.result_files import SEAMS_FILE
     from wpcal.core.robot_space import RobotSpace
     from wpcal.core.wording import listed
-    from wpcal.results.agree import SEAMS_FILE
     from wpcal.results.folder import read_finished, read_record
     from wpcal.weld.find import find_welds
     from wpcal.weld.record import welds_record

@@ -14,11 +14,11 @@ from textwrap import wrap
 
 import numpy as np
 
+from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.describe import describe
 from wpcal.core.rotations import zyx_angles
-from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("a datum", 24)  #: For the names of the files.
 LEVEL_DEG = 0.001  #: A part that is tilted by less needs no tilted plane.

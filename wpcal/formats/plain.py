@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe
@@ -18,7 +19,6 @@ from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.schemas import schema_file, schema_text
-from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("plain text", 60)  #: For the name of the file.
 PROGRAM_SCHEMA = "wpcal/program/1"

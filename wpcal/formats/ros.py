@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import json
 
+from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path
 from wpcal.core.rotations import quaternion_from_rotation
-from wpcal.formats.registry import Exporter
 
 NAMES = NameRules("ROS", 60)  #: For names of files. The length is our choice; ROS sets no limit.
 DECIMALS = 9  #: 1e-9 m is 1e-6 mm; 1e-9 in a quaternion moves a point at 2 m by 4e-6 mm.

@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError
 from wpcal.core.pendant import NOTATIONS
+from wpcal.core.result_files import SEAMS_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.pages.html import build_page, json_blob
 from wpcal.results.next_steps import HELP_PAGE, next_steps
@@ -42,7 +43,7 @@ def build_report(calibration: dict[str, Any], seams: dict[str, Any], part_glb: b
         T_base_part = RigidTransform.from_matrix(calibration["T_base_part"], target="base", source="part")
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
-        raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path="seams.json") from None
+        raise FormatError(f"is not a complete seams file: {type(error).__name__} {error}", path=SEAMS_FILE) from None
     data: dict[str, Any] = {
         "calibration": calibration,
         "seams": heads,

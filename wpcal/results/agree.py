@@ -14,14 +14,12 @@ from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, FrameError
 from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
 from wpcal.core.records import read_json, to_json, write_file
+from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA, JOB_FILE, JOB_SCHEMA, PART_FILE, SEAMS_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.results.differences import walk_records
 from wpcal.seam.record import seams_csv
 
-CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
 TABLE_FILE, PAGE_FILE = "seams.csv", "report.html"
-JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
-"""The request for the results, which `wpcal verify` does again, and the SHA-256 of every file of the folder."""
 SAME_POSE_MM = 1e-9
 """All files are written with all digits from one result: a larger difference of positions means two calibrations."""
 SAME_POSE_RAD = 1e-9
@@ -117,7 +115,7 @@ def _sha256(path: Path) -> str:
 
 def _written(folder: Path) -> tuple[str, Mapping[str, str]]:
     """Return the file of a folder that lists hashes, and them; scripts write no ``job.json``."""
-    for name, schema in ((JOB_FILE, JOB_SCHEMA), (CALIBRATION_FILE, "wpcal/calibration/1")):
+    for name, schema in ((JOB_FILE, JOB_SCHEMA), (CALIBRATION_FILE, CALIBRATION_SCHEMA)):
         if holds_file(folder, name):
             return name, read_json(folder / name, schema=schema).get("files", {})
     return JOB_FILE, {}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.results.agree import CALIBRATION_FILE, SEAMS_FILE
+from wpcal.core.result_files import CALIBRATION_FILE, SEAMS_FILE
 from wpcal.results.differences import Difference
 from wpcal.results.folder import RECORD_SCHEMAS, read_record
 

@@ -7,25 +7,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from wpcal.brep.moved_mesh import CALIBRATION_SCHEMA, moved_glb
+from wpcal.brep.moved_mesh import moved_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
 from wpcal.core.input_file import holds_file, read_bytes, sha256_of
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json
+from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA, JOB_FILE, JOB_SCHEMA, PART_FILE, SEAMS_FILE
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.schemas import required_fields
 from wpcal.core.transform import RigidTransform
-from wpcal.results.agree import (
-    CALIBRATION_FILE,
-    JOB_FILE,
-    JOB_SCHEMA,
-    PART_FILE,
-    SEAMS_FILE,
-    agreed_pose,
-    check_same_part,
-    require_as_written,
-)
+from wpcal.results.agree import agreed_pose, check_same_part, require_as_written
 from wpcal.robot.torch.file import torch_of_seams
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named

@@ -15,6 +15,7 @@ from typing import Any
 
 from wpcal.core.errors import InputError
 from wpcal.core.records import read_json
+from wpcal.core.result_files import SEAMS_FILE
 from wpcal.core.wording import counted, listed
 from wpcal.seam.record import SEAMS_SCHEMA
 
@@ -78,7 +79,7 @@ def decisions_in(paths: Sequence[Path]) -> list[Decision]:
 
 def _below(folder: Path) -> list[Path]:
     """Return the files of seams of results (``seams.json``) and of the picker (``PART.seams.json``) below a folder."""
-    return sorted((*folder.rglob("seams.json"), *folder.rglob("*.seams.json")))
+    return sorted((*folder.rglob(SEAMS_FILE), *folder.rglob("*.seams.json")))
 
 
 def _part_of(record: dict[str, Any]) -> str:

@@ -13,13 +13,13 @@ from scipy.spatial.transform import Rotation
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import InputError
+from wpcal.core.result_files import PART_FILE, SEAMS_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 from wpcal.seam.path.position import UP, weld_positions
 from wpcal.seam.seam import JointType, Seam, WeldType
 from wpcal.weld.groove import Groove, measure_groove
 from wpcal.weld.place import SeamPlace, StatedWeld, pair, place_of
-from wpcal.weld.record import PART_FILE, SEAMS_FILE
 from wpcal.weld.rules import RuleTable
 from wpcal.weld.seam_weld import SeamWeld, Source, weld_for
 from wpcal.weld.thickness import plate_thicknesses, thinner

@@ -12,6 +12,7 @@ from typing import Any
 
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.records import read_json
+from wpcal.core.result_files import PART_FILE, SEAMS_FILE
 from wpcal.weld.passes import Bead
 from wpcal.weld.place import SeamPlace, StatedWeld
 from wpcal.weld.rules import RuleTable
@@ -20,7 +21,7 @@ from wpcal.weld.values import VALUE_NAMES, describe_weld, plain, refuse_unknown
 
 WELDS_SCHEMA = "wpcal/welds/1"
 OWN_RULES = "wpcal"  #: In a file: the table of rules of wpcal.
-OWN_FILES = (PART_FILE, SEAMS_FILE) = ("part.glb", "seams.json")
+OWN_FILES = (PART_FILE, SEAMS_FILE)
 """Files of a result folder that state values. These are found again at every run."""
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.errors import InputError
+from wpcal.core.result_files import PART_FILE
 from wpcal.seam.seam import JointType, Seam, SeamSource, WeldType
 from wpcal.weld.groove import Groove
 from wpcal.weld.passes import Bead, place_beads
@@ -25,7 +26,6 @@ from wpcal.weld.stitch import stretches
 from wpcal.weld.values import WeldKind, WeldValues, require_one_size, values_from_record
 
 RECOVERY = 0.95  #: Share of a solid wire that becomes weld: a few percent are lost as spatter and fume.
-MODEL_FILE = "part.glb"  #: Of a result folder: the triangles of the model.
 BOTH_SIDES_MM = 5.0  #: A thicker square butt is welded from both sides, so one side does not fill its whole depth.
 
 
@@ -136,9 +136,9 @@ def _stated_values(stated: StatedWeld, seam: Seam, groove: Groove | None) -> _Dr
         if not _is_other_size(name, draft):
             draft.put(name, value, Source.FILE, file)
     for name, value in ({} if groove is None else groove.values()).items():
-        draft.put(name, value, Source.MODEL, MODEL_FILE)
+        draft.put(name, value, Source.MODEL, PART_FILE)
     if seam.bead_mm is not None and seam.source is SeamSource.DRAWN and not _is_other_size("throat_mm", draft):
-        draft.put("throat_mm", seam.bead_mm, Source.MODEL, MODEL_FILE)
+        draft.put("throat_mm", seam.bead_mm, Source.MODEL, PART_FILE)
     return draft
 
 

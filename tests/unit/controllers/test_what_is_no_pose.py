@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from wpcal.cli.main import run
+from wpcal.controllers.exporters import exporter_names
 from wpcal.core.errors import FormatError
-from wpcal.formats.registry import exporter_names
 from wpcal.results.folder import read_finished
 
 SHEARED, MIRRORED = (np.eye(3) + np.eye(3, k=1) * 0.1).tolist(), np.diag([1.0, 1.0, -1.0]).tolist()

@@ -33,9 +33,10 @@ from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import parse_json
+from wpcal.core.result_files import CALIBRATION_FILE, JOB_FILE, PART_FILE, SEAMS_FILE
 from wpcal.core.robot_space import RobotSpace
 from wpcal.planning.sequence.kept_plan import PLAN_FILE, PLAN_SCHEMA, read_kept_plan, shown_units
-from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE, PART_FILE, SEAMS_FILE, changed_files
+from wpcal.results.agree import changed_files
 from wpcal.results.folder import FinishedCalibration, read_finished, read_record
 from wpcal.robot.kinematics.urdf import read_urdf
 from wpcal.robot.torch.shape import USUAL_TORCH

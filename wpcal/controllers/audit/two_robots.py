@@ -24,9 +24,9 @@ from wpcal.controllers.language.grammar import ENCODING
 from wpcal.core.errors import ErrorCode, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.records import parse_json, read_json
+from wpcal.core.result_files import PART_FILE
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.run_record import PLAN_SCHEMA
-from wpcal.planning.plan.seam_file import PART_FILE
 from wpcal.planning.sequence.kept_plan import CELL_FILE, INPUT, PLAN_FILE, require_as_made
 
 CHECKED = (

@@ -11,6 +11,7 @@ from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.moved_mesh import read_moved_glb
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
+from wpcal.core.result_files import PART_FILE
 from wpcal.core.robot_space import RobotSpace, common_space
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
@@ -18,8 +19,6 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
-
-PART_FILE = "part.glb"
 
 
 class PartSeams(NamedTuple):

@@ -16,16 +16,16 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
-from wpcal.brep.moved_mesh import CALIBRATION_FILE
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.records import parse_json, read_json, to_json
+from wpcal.core.result_files import CALIBRATION_FILE, PART_FILE, SEAMS_FILE
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.plan.seam_file import PART_FILE, seams_in_part
+from wpcal.planning.plan.seam_file import seams_in_part
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task, speed_along
-from wpcal.planning.sequence.sequence_input import SEAMS_FILE, PlannedSeam, SequenceInput
+from wpcal.planning.sequence.sequence_input import PlannedSeam, SequenceInput
 from wpcal.planning.sequence.weld_sequence import Way, WeldSequence
 from wpcal.robot.kinematics.arm_file import shipped_arms
 from wpcal.robot.torch.file import CELL_SCHEMA, torch_of_seams

@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.result_files import SEAMS_FILE
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
@@ -23,7 +24,6 @@ from wpcal.seam.seam import Seam
 from wpcal.weld.runs import RunChoice, WeldRun, laid_runs
 from wpcal.weld.seam_weld import SeamWeld
 
-SEAMS_FILE = "seams.json"
 OFF_PART_MM = 10.0  #: A seam is this far from the box of its part at most: half of a wide gap.
 
 

@@ -22,12 +22,12 @@ from scipy.spatial.transform import Rotation
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.input_file import sha256_of
+from wpcal.core.result_files import PART_FILE
 from wpcal.core.same_bits import inverse_pose, product, solve
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.run import Phase
 from wpcal.planning.plan.run_record import CSV_DIGITS
-from wpcal.planning.plan.seam_file import PART_FILE
 from wpcal.planning.sequence.kept_plan import PLAN_SCHEMA, KeptPlan, shown_units
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.plan_sequence import SequenceChoice

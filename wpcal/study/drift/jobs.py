@@ -20,9 +20,9 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
+from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA
 
 SUMMARY, SUMMARY_SCHEMA = "summary.jsonl", "wpcal/job-summary/1"
-CALIBRATION, CALIBRATION_SCHEMA = "calibration.json", "wpcal/calibration/1"
 USED = ("schema", "inputs", "T_base_part", "points", "suspect", "touches")  #: Fields of a calibration that are read.
 NEEDED = USED[:-2]
 UNKNOWN = [math.nan] * 3
@@ -97,9 +97,9 @@ def read_drift_jobs(
             try:
                 job = _read_job(folder, line)
             except InputError:
-                if (folder / line["job"] / CALIBRATION).exists():
+                if (folder / line["job"] / CALIBRATION_FILE).exists():
                     raise
-                failed.append(FailedJob(line["job"], str(folder), f"its {CALIBRATION} is not there any more"))
+                failed.append(FailedJob(line["job"], str(folder), f"its {CALIBRATION_FILE} is not there any more"))
                 continue
             found.setdefault(job.part, []).append(job)
             count += 1
@@ -139,7 +139,7 @@ def _summary(folder: Path) -> list[dict[str, Any]]:
 
 
 def _read_job(folder: Path, line: dict[str, Any]) -> _Job:
-    path = folder / line["job"] / CALIBRATION
+    path = folder / line["job"] / CALIBRATION_FILE
     record = _used_fields(read_bytes(path, most_mb=MOST_CALIBRATION_MB), str(path))
     if record.get("schema") != CALIBRATION_SCHEMA:
         raise FormatError(f"{path}: is not a calibration: expected the schema {CALIBRATION_SCHEMA}")

@@ -1,0 +1,6 @@
+"""The files of a result folder that several rooms read."""
+
+CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
+CALIBRATION_SCHEMA = "wpcal/calibration/1"
+JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
+"""The request for the results, which `wpcal verify` does again, and the SHA-256 of every file of the folder."""
