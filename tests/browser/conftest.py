@@ -1,7 +1,5 @@
 """Pages in the browser of `tests/conftest.py`: open, wait, read pixels."""
 
-from __future__ import annotations
-
 import io
 import os
 import signal
@@ -28,6 +26,11 @@ class OpenPage:
     page: Any
     said: list[str] = field(default_factory=list)  #: Messages of the console, and errors of the scripts.
     asked: list[str] = field(default_factory=list)  #: Requested addresses; the first is the page itself.
+
+    def hear(self, message: Any) -> None:
+        """Keep a message of the console, but for one about the browser's own reading of what WebGL drew."""
+        if "GPU stall due to ReadPixels" not in message.text:
+            self.said.append(f"{message.type}: {message.text}")
 
     def wait(self, condition: str) -> None:
         """Wait until a JavaScript expression is true; playwright's own way needs `eval`, which the page forbids."""
@@ -59,7 +62,7 @@ def _opener(browser: Any) -> Iterator[Any]:
         context = browser.new_context(viewport={"width": width, "height": height})
         contexts.append(context)
         found = OpenPage(context.new_page())
-        found.page.on("console", lambda message: found.said.append(f"{message.type}: {message.text}"))
+        found.page.on("console", found.hear)
         found.page.on("pageerror", lambda error: found.said.append(f"error: {error}"))
         found.page.on("request", lambda request: found.asked.append(request.url))
         found.page.goto(target.as_uri() if isinstance(target, Path) else target)
@@ -72,9 +75,7 @@ def _opener(browser: Any) -> Iterator[Any]:
 
 
 open_page = pytest.fixture(_opener)
-open_pages = pytest.fixture(
-    _opener, scope="module"
-)  #: Pages that several tests look at: opening costs more than looking.
+open_pages = pytest.fixture(_opener, scope="module")  #: Several tests look at them: opening costs more than looking.
 
 
 class Picker:

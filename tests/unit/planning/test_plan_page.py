@@ -40,7 +40,7 @@ def opened(browser, tmp_path):
         path.write_text(html, encoding="utf-8")
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         pages.append(page)
-        page.on("console", lambda message: said.append(message.text))
+        page.on("console", lambda message: "GPU stall due to ReadPixels" in message.text or said.append(message.text))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: asked.append(request.url))
         page.goto(path.as_uri())
