@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_634,
+    "lines of wpcal and cad": 122_629,
     "lines of tests": 64_204,
     "rooms": 19,
     "arrows between rooms": 85,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -13,23 +14,7 @@ from wpcal.study.drift.jobs import FailedJob
 from wpcal.study.drift.record import RULES, UNORDERED, shift_sentence
 from wpcal.study.drift.watch import POSE_CHANNELS, PartDrift
 
-STYLE = """
-:root{color-scheme:light dark;--ink:#17202a;--soft:#5b6673;--line:#1d5fa8;--limit:#a84a14;--bad:#b3202e}
-:root{--rule:#dde2e8;--paper:#fff}
-@media(prefers-color-scheme:dark){
-:root{--ink:#e7ebef;--soft:#9aa5b1;--line:#79b1ee;--limit:#ee9a5f;--bad:#f06a74;--rule:#2f3944;--paper:#171d24}}
-body{font:15px/1.5 Inter,Segoe UI,Helvetica Neue,Arial,DejaVu Sans,sans-serif;margin:1.5rem auto;max-width:66rem}
-body{color:var(--ink);background:var(--paper);padding:0 1rem}
-h1{font-size:1.5rem}h2{font-size:1.25rem;margin-top:2.2rem}h3{font-size:1rem;margin:1.4rem 0 .3rem}
-table{border-collapse:collapse}td,th{text-align:right;padding:.15rem .7rem;border-bottom:1px solid var(--rule)}
-td:first-child,th:first-child,td.t,th.t{text-align:left}
-svg{width:100%;height:auto;display:block}text{font-size:11px;fill:var(--soft)}
-.v{fill:none;stroke:var(--line);stroke-width:1.2}.c{stroke:var(--soft);stroke-width:.7}
-.l{stroke:var(--limit);stroke-width:.8;stroke-dasharray:5 4}.s{stroke:var(--bad);stroke-width:1;stroke-dasharray:2 2}
-.o{fill:none;stroke:var(--bad);stroke-width:5;stroke-linecap:round}.n{color:var(--soft)}.d{white-space:nowrap}
-.w{overflow-x:auto}.w:focus-visible{outline:2px solid var(--line)}
-@media(max-width:44rem){.w svg{width:40rem}text{font-size:15px}}
-"""
+STYLE = "\n" + Path(__file__).with_name("drift.css").read_text(encoding="utf-8")
 LEFT, WIDTH, RIGHT = 62, 860, 8
 COLUMNS = 430  #: More jobs than this are drawn as the range of their values in each column.
 TITLE, TALL, LOW = 22.0, 128, 46  #: Height of a title; of a chart with its title; of its CUSUM.

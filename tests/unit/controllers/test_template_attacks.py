@@ -15,7 +15,6 @@ ATTACKS = {
         "MoveL [[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v7000,z0,tTorch;",
         "MoveAbsJ [[0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1000,fine,tTorch;",
         "MoveL Offs({{ point }},0,0,-50),{{ speed }},fine,{{ tool }}\\WObj:=wpPart;",
-        "MoveL RelTool({{ point }},0,0,50),{{ speed }},fine,{{ tool }}\\WObj:=wpPart;",
         "MoveL {{ point }},{{ speed }},fine,tool0\\WObj:=wpPart;",
         "MoveL {{ point }},{{ speed }},fine,{{ tool }};",
         "PDispSet [[0,0,50],[1,0,0,0],[0,0,0,0],[0,0,0,0]];",
@@ -28,8 +27,6 @@ ATTACKS = {
         "WaitTime 1; MoveJ home,v1000,fine,tool0;",
         "ENDMODULE",
         "MoveC {{ point }},[[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tTorch;",
-        "MoveJ Offs({{ point }},300,0,0),v1000,z50,{{ tool }}\\WObj:=wpPart;",
-        "wpPart.oframe.rot:=[0,1,0,0];",
         "MoveL {{ point }},{{ speed }},z50,{{ tool }}\\WObj:=wpPart;",
         "{{ tool }}:=tool0;",
         "WHILE TRUE DO\nENDWHILE",
@@ -40,12 +37,14 @@ ATTACKS = {
         '%"clean"%;',
         "EXIT;",
         "WaitTime 1; MoveL Offs({{ point }},0,0,-9),v100,fine,{{ tool }}\\WObj:=wpPart; ! WaitTime 1;",
+        r"SingArea\Wrist;",
+        r"CirPathMode\WristFrame;",
+        r"MoveL {{ point }},{{ speed }},fine\Z:=150,{{ tool }}\WObj:=wpPart;",
     ),
     "krl": (
         "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}",
         "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}",
         "LIN_REL {Z -50}",
-        "PTP_REL {A1 5}",
         "$BASE.X=500",
         "$BASE=$NULLFRAME",
         "$TOOL=TOOL_DATA[2]",
@@ -55,14 +54,15 @@ ATTACKS = {
         "INTERRUPT ON 3",
         "SPTP {{ point }}",
         "CIRC {{ point }},{X 0,Y 0,Z 0}",
-        "$BASE={X 0,Y 0,Z 50,A 0,B 0,C 0}",
         "FOR I=1 TO 3",
         "WHILE TRUE\nENDWHILE",
-        "GOTO AGAIN",
         "TRIGGER WHEN DISTANCE=0 DELAY=0 DO CLEAN()",
         "LIN_REL {Z -50} #TOOL",
         "$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}",
-        "SLIN {X 0,Y 0,Z 0}",
+        "$ORI_TYPE=#CONSTANT",
+        "$CIRC_TYPE=#PATH",
+        "$IPO_MODE=#TCP",
+        "SLIN {{ point }} WITH $ORI_TYPE=#CONSTANT",
     ),
     "fanuc": (
         "L PR[5] 100mm/sec FINE",
@@ -75,13 +75,11 @@ ATTACKS = {
         "JMP LBL[1]",
         "J P[99] 10% FINE",
         "UFRAME[1]=PR[2]",
-        "UTOOL[1]=PR[2]",
         "TOOL_OFFSET CONDITION PR[3]",
         "IF R[1]=1,JMP LBL[1]",
-        "RUN CLEAN",
         "L PR[1] 100mm/sec FINE INC",
-        "UFRAME_NUM=0",
         "C P[1] P[2] 100mm/sec FINE",
+        "{{ point and 'L ' }}{{ point }} {{ speed }} FINE Wjnt",
     ),
     "inform": (
         "MOVL P001 V=100.0",
@@ -91,11 +89,8 @@ ATTACKS = {
         "JUMP *AGAIN",
         "MOVJ {{ point }} VJ=100.00 NWAIT",
         "MOVC P001 V=10.0",
-        "MOVS P001 V=10.0",
         "SET P001 P002",
         "CALL JOB:HOME IF IN#(1)=ON",
-        "REFP 1 P001 V=10.0",
-        "SFTON P001 BF",
         "MSHIFT PX001 BF PX002 PX003",
     ),
     "as": (
@@ -108,11 +103,7 @@ ATTACKS = {
         "CALL clean",
         "ALIGN",
         "JAPPRO {{ point }},100",
-        "LAPPRO {{ point }},100",
         "DRIVE 1,10",
-        "BASE TRANS(0,0,50,0,0,0)",
-        "TOOL TRANS(0,0,50,0,0,0)",
-        "GOTO 10",
         "JMOVE #home",
     ),
     "urscript": (
@@ -125,9 +116,7 @@ ATTACKS = {
         "movec(p[0,0,0,0,0,0], p[0,0,0.1,0,0,0], a=1, v=0.1)",
         "servoj([0,0,0,0,0,0])",
         "movel(p[0,0,0,0,0,0], a=1, v=0.1)",
-        "movep(p[0,0,0,0,0,0], a=1, v=0.1)",
         "while True:\n  sleep(0.1)\nend",
-        "speedj([0,0,0.1,0,0,0], 0.5, 1)",
         "movel(get_inverse_kin(p[0,0,0,0,0,0]))",
     ),
     "val3": (
@@ -139,7 +128,6 @@ ATTACKS = {
         "movec({{ point }},pOther,{{ tool }},{{ speed }})",
         "movel(compose({{ point }},fPart,{0,0,-50,0,0,0}),{{ tool }},{{ speed }})",
         "while true\nendWhile",
-        "{{ tool }}.trsf={0,0,50,0,0,0}",
         "alterMoveTime(1)",
         "movej({0,0,0,0,0,0},{{ tool }},{{ speed }})",
     ),
@@ -150,7 +138,6 @@ ATTACKS = {
         "$TOOL := POS(0, 0, 0, 0, 0, 0)",
         "clean_torch",
         "MOVE CIRCULAR TO POS(0, 0, 0, 0, 0, 0) VIA POS(9, 0, 0, 0, 0, 0)",
-        "$BASE := POS(0, 0, 50, 0, 0, 0)",
         "WHILE TRUE DO\nENDWHILE",
         "MOVE JOINT TO {0, 0, 0, 0, 0, 0}",
         "MOVE AWAY 50",
@@ -161,16 +148,7 @@ ATTACKS = {
 """The first of each language are tried at each push."""
 PUSHED = {(name, each) for name, rows in ATTACKS.items() for each in rows[:4]}
 ALL = [(name, each) for name, rows in ATTACKS.items() for each in rows]
-MOTIONS = {
-    "rapid": "MoveL [[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tTorch;",
-    "krl": "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}",
-    "fanuc": "L PR[5] 100mm/sec FINE",
-    "inform": "MOVL P001 V=100.0",
-    "as": "DRAW 0,0,-50",
-    "urscript": "movel(p[0,0,0,0,0,0], a=1, v=0.1)",
-    "val3": "movej(jHome,tTorch,mAir)",
-    "pdl2": "MOVE LINEAR TO POS(0, 0, 0, 0, 0, 0)",
-}
+MOTIONS = {name: rows[0] for name, rows in ATTACKS.items()} | {"val3": "movej(jHome,tTorch,mAir)"}
 COMMENTS = {
     "rapid": "!", "krl": ";", "fanuc": "!", "inform": "'", "as": ";", "urscript": "#", "val3": "//", "pdl2": "--",
 }  # fmt: skip
@@ -219,6 +197,28 @@ def require_refused_or_named(ended, answer, written, attack):
 def test_a_line_that_a_template_adds_is_named(export, language, attack):
     found = export(language, "air_move", shipped_templates(language)["air_move.txt"] + attack + "\n")
     require_refused_or_named(*found, attack)
+
+
+@pytest.mark.parametrize("language", few(MOTIONS, 2))
+def test_a_move_by_the_joints_is_no_line(export, language):
+    text = shipped_templates(language)["air_move.txt"].replace("if joint", "if true")
+    require_refused_or_named(*export(language, "air_move", text), "W1_to" if language in {"rapid", "krl"} else " ")
+
+
+NEVER_RUN = {
+    "rapid": ("footer", "PROC on_call(num n)\n", "MoveJ home,v1000,fine,tool0;", "\nENDPROC\nENDMODULE\n"),
+    "krl": ("footer", "INTERRUPT DECL 3 WHEN $STOPMESS DO OUT()\nEND\nDEF OUT()\n", "LIN {X 0,Y 0,Z 0}", "\nEND\n"),
+    "urscript": ("footer", "end\nthread out():\n", "movej([0,0,0,0,0,0])", "\nend\n"),
+    "fanuc": ("before_run", "JMP LBL[8]\n", "L PR[5] 100mm/sec FINE", "\nLBL[8]\n"),
+    "inform": ("before_run", "JUMP *A\n", "MOVL P001 V=100.0", "\n*A\n"),
+}
+"""Blocks with a motion that no run of the program comes to: what is before it, the motion, and what is after it."""
+
+
+@pytest.mark.parametrize("language", few(NEVER_RUN, 3))
+def test_a_line_that_never_runs_is_named(export, language):
+    block, *parts = NEVER_RUN[language]
+    require_refused_or_named(*export(language, block, "".join(parts)), parts[1])
 
 
 @pytest.mark.parametrize("block", few(["weld_start", "before_run", "weld_end", "after_weld"], 2))

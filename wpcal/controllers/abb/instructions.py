@@ -40,7 +40,7 @@ class RetryError(Exception):
     """RETRY in a handler."""
 
 
-MOVES = {"WOBJ", "ID", "T", "V", "Z", "INPOS", "CONC"}
+MOVES = {"WOBJ", "ID", "T", "V", "INPOS", "CONC"}
 ARCS = {"WOBJ", "ID", "WEAVE", "SEAMNAME", "T"}
 MOTION = re.compile(r"(MOVE)([LCJ])()|(ARC)([LC])(START|END|)")
 COUNTS = {"MOVE": 4, "ARC": 6}  #: Arguments without the middle of an arc.
@@ -48,6 +48,8 @@ HARMLESS = {"WAITDI", "WAITDO", "WAITUNTIL", "WAITROB", "PULSEDO", "SETAO", "SET
 HARMLESS |= {"CIRPATHMODE", "SINGAREA", "ACCSET", "VELSET", "GRIPLOAD", "CLKSTART", "CLKSTOP", "CLKRESET"}
 HARMLESS |= {"TPERASE", "EOFFSOFF", "CONFL", "CONFJ"}
 """Instructions without effect on where a motion ends."""
+USUAL = {"CIRPATHMODE": {"PATHFRAME", "OBJECTFRAME"}, "SINGAREA": {"OFF"}}
+"""The options with which an instruction leaves the tool the turns that are judged between two poses."""
 
 
 class Instructions(BlockInterpreter):
@@ -79,6 +81,7 @@ class Instructions(BlockInterpreter):
         function = getattr(self, f"_do_{name.lower()}", None)
         if function is not None:
             function(arguments, options)
+        self._only(options, USUAL.get(name, set(options)), name)
         return function is not None or name in HARMLESS
 
     def input(self, name: str) -> int:

@@ -7,7 +7,7 @@ the present values of its PERS data. What instructions do is in `wpcal.controlle
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,7 @@ from wpcal.controllers.abb.grammar import GRAMMAR
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, TryNextError
 from wpcal.controllers.abb.statements import MARK, Data, Declaration, ModuleReader, Procedure, declared, instruction
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
-from wpcal.controllers.run.blocks import LeaveError, Node, text_of
+from wpcal.controllers.run.blocks import LeaveError, Node, Steps, text_of
 from wpcal.controllers.run.machine import Matrix, about, rigid
 from wpcal.controllers.run.program import ProgramError, Run, entries_of
 from wpcal.core.same_bits import inverse_pose
@@ -161,7 +161,6 @@ class Interpreter(Instructions):
         return functions[name](*arguments)
 
     def give(self, name: str, value: Any) -> None:
-        """Give the number of a loop a value."""
         self.locals[-1][name] = Data("VAR", "num", value)
 
     def assign(self, tokens: list[str], value: Any) -> None:
@@ -190,8 +189,11 @@ class Interpreter(Instructions):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
+    def steps_of(self) -> Iterable[Steps]:
+        known = self.procedures.values()
+        return [*known, *(Steps(one.file, (), one.handler) for one in known if one.handler)]
+
     def entries(self) -> list[str]:
-        """Return the procedures that no other one calls."""
         texts = {name: text_of([*one.body, *(one.handler or ())]) for name, one in self.procedures.items()}
         found = entries_of({name: self._words(text) for name, text in texts.items()})
         return [name for name in found if not self.procedures[name].parameters]

@@ -19,7 +19,7 @@ import numpy as np
 from wpcal.controllers.abb.arc import ArcData, arc_data
 from wpcal.controllers.abb.configuration import confdata
 from wpcal.controllers.language.emit import Around, WeldWriter
-from wpcal.controllers.language.naming import NameRules, own_name, safe_name, safe_names
+from wpcal.controllers.language.naming import NameRules, own_name, reserved_words, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded, texts
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import part_frame
@@ -29,13 +29,7 @@ from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quatern
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.inverse import Posture
 
-KEYWORDS = (
-    "alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc "
-    "endrecord endtest endtrap endwhile error exit false for from func goto if inout local mod module nostepin not "
-    "noview or pers proc raise readonly record retry return step sysmodule task test then to trap true trynext undo "
-    "var viewonly while with xor"
-)
-NAMES = NameRules("RAPID", 32, KEYWORDS)  #: Identifiers have up to 32 characters.
+NAMES = NameRules("RAPID", 32, reserved_words(__file__))  #: Identifiers have up to 32 characters.
 MM_DECIMALS = 5  #: A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing.
 QUATERNION_DECIMALS = 9  #: 1e-9 turns a point at 2 m by 4e-6 mm; the controller normalises what it reads.
 DEG_DECIMALS = 5  #: Joints: 1.5e-5 degrees at 180 degrees is what a 32-bit number resolves.

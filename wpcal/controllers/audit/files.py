@@ -25,7 +25,7 @@ from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
 from wpcal.controllers.audit.touches import executed_touch_faults, touch_faults
 from wpcal.controllers.audit.two_robots import CHECKED, SWEPT, swept_faults, two_robot_faults
-from wpcal.controllers.judge.execute import interpreted
+from wpcal.controllers.judge.execute import interpreted, that_move
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.registry import Controller, grammar_of_file
 from wpcal.core.arrays import FloatArray
@@ -178,6 +178,8 @@ class _Audit:
                 found.clear()
             else:
                 _add(found, executed_faults(trace, around))
+                idle = that_move(trace.idle, files)
+                _add(found, ((place.file, Fault("NOT CHECKED: the line never runs", place.line)) for place in idle))
             _add(found, arc_faults_of(trace))
             self.of_programs[key] = found
         return self.of_programs[key]

@@ -17,22 +17,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
-from wpcal.controllers.language.naming import NameRules
+from wpcal.controllers.language.naming import NameRules, reserved_words
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe_path, part_frame
 from wpcal.core.arrays import FloatArray
 
-KEYWORDS = (
-    "abort activate advance after and arm array at attach await begin boolean break bypass call cancel case circular "
-    "close condition connect const continue cycle deactivate delay detach disable div do downto else enable end endfor "
-    "endif endmove endselect endtry endwhile error event exit exported false file for from global goto hand hold if "
-    "import in integer joint jointpos linear lock mod move movefly nodata nohold not of off on open or path pause pos "
-    "position program pulse purge read real record relative release repeat resume retry return routine segment select "
-    "signal skip step stop string sync then til time to true unlock until unpause var vector via wait when while with "
-    "wp_part wp_safe write xtndpos arc_start arc_end"
-)
-NAMES = NameRules("PDL2", 32, KEYWORDS)  #: Identifiers have up to 32 characters.
+NAMES = NameRules("PDL2", 32, reserved_words(__file__))  #: Identifiers have up to 32 characters.
 MM_DECIMALS = 5
 DEG_DECIMALS = 6  #: As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg.
 LONGEST_COMMENT = 76

@@ -191,7 +191,6 @@ class Interpreter(LineInterpreter):
         return Parser(tokens_of(text, SYNTAX), SYNTAX, self).whole()
 
     def name(self, name: str) -> Any:
-        """Return the present place, or the name of what has numbers."""
         if name == "LPOS":
             return _values(inverse_pose(self.T_frame()) @ self.machine.reading(self.T_tool()))
         if name in {*self.registers, "DI", "RI", "P", "UFRAME", "UTOOL"}:
@@ -202,7 +201,6 @@ class Interpreter(LineInterpreter):
         raise ProgramError(f"{name}(…) is not followed")
 
     def item(self, value: Any, indices: list[Any]) -> Any:
-        """Return a register, an input, a position, or one of its numbers."""
         number = int(indices[0])
         if value in {"DI", "RI"}:
             return self.is_on(f"{value}[{number}]")
@@ -351,7 +349,7 @@ class Interpreter(LineInterpreter):
                 skip = (found[1], found[2] or "")
             elif found := re.fullmatch(r"(Offset|Tool_Offset)(?:,(PR\[\d+\]))?|(INC)", one):
                 options[found[1] or found[3]] = found[2] or ""
-            elif not re.fullmatch(r"ACC\d+|Wjnt|PTH|BREAK|COORD", one):
+            elif not re.fullmatch(r"ACC\d+|PTH|BREAK|COORD", one):
                 raise ProgramError(f"the motion option {one!r} is not followed")
         return options, skip
 

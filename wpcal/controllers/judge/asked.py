@@ -32,6 +32,8 @@ class Asked:
     R: FloatArray  #: shape (n, 3, 3).
     joints: FloatArray  #: shape (n, 6). deg; NaN where nobody knows them.
     stops: BoolArray  #: shape (n,). Whether the tool stops there: always off the seams.
+    #: shape (n,). Whether the tool comes there on a line or an arc; empty where all may be moves by the joints.
+    lines: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     home: FloatArray | None = None  #: shape (6,). Where it may begin and end, deg; None: where only the robot knows.
     homes: tuple[int, ...] = ()  #: Rows before which it may go home: a second stage, a weld program.
     #: shape (4, 4). With which tool.
@@ -46,7 +48,7 @@ class Compared:
 
     missing: tuple[int, ...]  #: Rows of `Asked`.
     others: tuple[Motion, ...]  #: Motions that lead elsewhere.
-    blended: tuple[Motion, ...]  #: Motions that do not stop where they should.
+    bent: tuple[Motion, ...]  #: Motions that do not stop, or are not on a line, where they should.
 
 
 def asked_of(program: WeldProgram, *, alone: bool = False) -> Asked:
@@ -58,7 +60,10 @@ def asked_of(program: WeldProgram, *, alone: bool = False) -> Asked:
     external = np.array([row[4] for row in rows]).reshape(len(rows), len(units)) * units
     p, R, joints, stops = (np.array(each) for each in list(zip(*rows, strict=True))[:4])
     tool = TOOL_OF_CONTROLLER if program.tool_data is None else program.tool_data.matrix
-    return Asked(p, R, joints, stops, T_flange_tool=tool, external=external)
+    lines = np.full(len(rows), planned is None)
+    starts = np.cumsum([0, *(len(path.p_base) for path in program.paths[:-1])])
+    lines[[0] if program.safe_point is not None else starts] = False
+    return Asked(p, R, joints, stops, lines, T_flange_tool=tool, external=external)
 
 
 def asked_of_touches(program: TouchProgram) -> Asked:
@@ -75,8 +80,8 @@ def asked_of_touches(program: TouchProgram) -> Asked:
         np.concatenate(R),
         np.full((count, 6), np.nan),
         np.ones(count, dtype=bool),
-        None if home is None else np.degrees(home),
-        (0 if program.welds is None else sum(map(len, p[: program.welds.stage])),),
+        home=None if home is None else np.degrees(home),
+        homes=(0 if program.welds is None else sum(map(len, p[: program.welds.stage])),),
     )
     return found if program.welds is None else _with_welds(found, program.welds)
 
@@ -152,7 +157,7 @@ def _rows_of(moves: JointMoves) -> Iterator[Row]:
 
 def compare(trace: Trace, asked: Asked) -> Compared:
     """Return where a program leads that was not asked, and where it does not lead."""
-    at, missing, others, blended = 0, list[int](), list[Motion](), list[Motion]()
+    at, missing, others, bent = 0, list[int](), list[Motion](), list[Motion]()
     for before, motion in zip((None, *trace.motions), trace.motions, strict=False):
         if _stands(motion, before):
             continue
@@ -162,11 +167,17 @@ def compare(trace: Trace, asked: Asked) -> Compared:
                 others.append(motion)
             continue
         missing += range(at, first)
-        if motion.place.blends and asked.stops[last]:
-            blended.append(motion)
+        if _is_bent(motion, asked, last):
+            bent.append(motion)
         at = last + 1
     missing += range(at, len(asked.p))
-    return Compared(tuple(row for row in missing if not _repeats(asked, row)), tuple(others), tuple(blended))
+    return Compared(tuple(row for row in missing if not _repeats(asked, row)), tuple(others), tuple(bent))
+
+
+def _is_bent(motion: Motion, asked: Asked, row: int) -> bool:
+    """Tell whether a motion does not stop, or is not on a line, where it should."""
+    is_off_line = motion.kind == "J" and asked.lines[row : row + 1].any()
+    return bool(is_off_line or (motion.place.blends and asked.stops[row]))
 
 
 def _repeats(asked: Asked, row: int) -> bool:

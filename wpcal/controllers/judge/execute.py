@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from wpcal.controllers.language.grammar import ENCODING
-from wpcal.controllers.registry import Controller, controller_of_program
+from wpcal.controllers.registry import Controller, controller_of_program, grammar_of_file
 from wpcal.controllers.run.machine import Place, about, rigid
 from wpcal.controllers.run.program import EndlessError, ProgramError
 from wpcal.controllers.run.recorder import Recorder
@@ -73,6 +73,8 @@ def execute(
     for routine in interpreter.entries():
         recorder.T_base_flange = None
         _start(interpreter, routine, recorder)
+    ran = {(place.file, place.line) for place in recorder.trace.steps}
+    recorder.trace.idle = [Place(*one) for one in interpreter.lines() if one not in ran]
     return recorder.trace
 
 
@@ -90,3 +92,11 @@ def text_at(place: Place, files: Files) -> str:
     """Return the text of the line of a place."""
     lines = texts_of({"": files.get(place.file, "")})[""].splitlines()
     return lines[place.line - 1].strip() if 0 < place.line <= len(lines) else ""
+
+
+def that_move(places: Iterable[Place], files: Files) -> Iterator[Place]:
+    """Yield the places of lines that may move something."""
+    for place in places:
+        grammar = grammar_of_file(Path(place.file))
+        if grammar is None or not grammar.is_harmless(text_at(place, files)):
+            yield place

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
@@ -20,7 +19,7 @@ from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.judge.arc import ALL_SWITCHES, arc_faults
 from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare, contacts_of
-from wpcal.controllers.judge.execute import Files, execute, programs_of, text_at
+from wpcal.controllers.judge.execute import Files, execute, programs_of, text_at, that_move
 from wpcal.controllers.judge.swept import is_followed, meetings
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.language.post import blocks_of, own_arc_templates
@@ -28,7 +27,7 @@ from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.touch_program import TouchProgram
-from wpcal.controllers.registry import find_controller, grammar_of_file
+from wpcal.controllers.registry import find_controller
 from wpcal.controllers.run.machine import Place
 from wpcal.controllers.run.recorder import Recorder, pulses_of
 from wpcal.controllers.run.trace import Motion, Trace, Unknown
@@ -104,10 +103,10 @@ def _judged(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which lines were not followed, and what else was not judged."""
     trace, asked = run_written(files, program, name=name), _asked(program, name)
-    found, unjudged = compare(trace, asked), tuple[str, ...]()
+    found, unjudged, idle = compare(trace, asked), tuple[str, ...](), list[Place]()
     if isinstance(program, WeldProgram):
         _refuse_wrong_arcs(trace, program, name)
-        unjudged = tuple(_unjudged_arcs(trace, program, name))
+        unjudged, idle = tuple(_unjudged_arcs(trace, program, name)), list(that_move(trace.idle, files))
     _refuse_unasked(trace, asked, found, name, is_ours=_is_ours(program))
     strays = {id(motion) for motion in found.others}
     motions = [motion for motion in trace.motions if id(motion) not in strays]
@@ -115,8 +114,8 @@ def _judged(
         raise WrittenBlockedError(str(_wrong(name, meeting.motion.place, meeting.what)))
     added = _require_free(trace, found, asked, program, name) if isinstance(program, WeldProgram) else []
     strange: list[Unknown | Motion] = [*trace.unknowns]
-    strange += [each for each in (*found.blended, *found.others) if each not in added]
-    places = [*(each.place for each in strange), *_causes(trace, found, files, strange)]
+    strange += [each for each in (*found.bent, *found.others) if each not in added]
+    places = [*(each.place for each in strange), *_causes(trace, found, files, strange), *idle]
     lines = {(place.file, place.line): text_at(place, files) for place in places}
     return tuple(_told(lines)), unjudged
 
@@ -167,8 +166,9 @@ def _refuse_other_way(asked: Asked, found: Compared, name: str) -> None:
         x, y, z = asked.p[found.missing[0]]
         what = "a move to joints" if np.isnan(x) else f"the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm"
         raise WrittenWrongError(f"{name}: {what} is missing in the written program, read back; nothing is written")
-    for motion in found.blended:
-        raise _wrong(name, motion.place, "does not stop where it should")
+    for motion in found.bent:
+        what = "does not stop" if motion.place.blends else "is not on a line"
+        raise _wrong(name, motion.place, f"{what} where it should")
 
 
 def _wrong(name: str, place: Place, what: str) -> WrittenWrongError:
@@ -189,10 +189,7 @@ def _causes(trace: Trace, found: Compared, files: Files, strange: Sequence[Unkno
     for step in sorted(each.step for each in strange):
         first.setdefault(max((one for one in good if one < step), default=0), step)
     for begin, end in first.items():
-        for place in dict.fromkeys(trace.steps[begin : end - 1]):  # a loop runs the same lines many times
-            grammar = grammar_of_file(Path(place.file))
-            if grammar is None or not grammar.is_harmless(text_at(place, files)):
-                yield place
+        yield from that_move(dict.fromkeys(trace.steps[begin : end - 1]), files)  # a loop runs a line many times
 
 
 def _is_near(motion: Motion, trace: Trace, asked: Asked) -> bool:

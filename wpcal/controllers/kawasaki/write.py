@@ -18,7 +18,7 @@ import numpy as np
 
 from wpcal.controllers.kawasaki.arc import conditions, weld_moves
 from wpcal.controllers.language.emit import Around, WeldWriter
-from wpcal.controllers.language.naming import NameRules, own_name
+from wpcal.controllers.language.naming import NameRules, own_name, reserved_words
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe_path, part_frame
@@ -27,13 +27,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
-KEYWORDS = (
-    "abort above accel accuracy always and any base below bits break call case cp decel delay do drive dwrist else end "
-    "false fine for forward frame goto here home if jmove lefty lmove lock null off on or pause point print pulse "
-    "return righty scase shift signal speed stable step stop swait then timer to tool trans true twait until uwrist "
-    "value wait weld while wp_part wp_safe"
-)
-NAMES = NameRules("AS", 15, KEYWORDS)  #: Names have up to 15 characters: controllers cut longer ones.
+NAMES = NameRules("AS", 15, reserved_words(__file__))  #: Names have up to 15 characters: controllers cut longer ones.
 MM_DECIMALS = 5
 DEG_DECIMALS = 6  #: As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg.
 as_frame = partial(rounded_frame, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS, is_zyz=True)

@@ -30,10 +30,10 @@ from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, entries_o
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose
 
-IGNORED = re.compile(
-    r"\$(?:VEL|ACC|VEL_AXIS|ACC_AXIS|APO|ORI_TYPE|CIRC_TYPE|BWDSTART|LOAD|ADVANCE|IPO_MODE|TIMER|CMD)\b.*|[LF]DAT_ACT"
-)
-"""System variables that do not change where a motion ends; their values are kept."""
+IGNORED = re.compile(r"\$(?:VEL|ACC|VEL_AXIS|ACC_AXIS|APO|BWDSTART|LOAD|ADVANCE|TIMER)\b.*|[LF]DAT_ACT")
+"""System variables that do not change where a motion leads; their values are kept."""
+USUAL = {"$ORI_TYPE": "#VAR", "$CIRC_TYPE": "#BASE", "$IPO_MODE": "#BASE"}
+"""The values with which the tool turns on its way as it is judged; with others it does not, or the part is held."""
 PLAIN = {"WAIT", "PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "TRIGGER", "PTP_REL", "LIN_REL", "CIRC_REL"}
 """Words whose line may hold ``=`` and is no assignment."""
 HARMLESS = re.compile(
@@ -74,6 +74,11 @@ def _own(name: str, file: str, known: Mapping[str, Any]) -> str:
     """Return the key of what a module calls by this name."""
     key = f"{name}@{Path(file).stem.upper()}"
     return key if key in known else name
+
+
+def _is_kept(name: str, value: Any) -> bool:
+    """Tell whether a system variable changes no way with this value."""
+    return IGNORED.fullmatch(name) is not None or USUAL.get(name, ...) == value
 
 
 WAITS = re.compile(r"\bWHEN[ \t]++\$IN\[(\d++)\]==(TRUE|FALSE)", re.IGNORECASE)
@@ -269,7 +274,7 @@ class Interpreter(BlockInterpreter):
         name, whole = left[0].upper(), "".join(left).upper()
         if name in {"$TOOL", "$BASE"}:
             self._set_frame(name, left, value, shown)
-        elif IGNORED.fullmatch(whole):
+        elif _is_kept(whole, value):
             self.system[whole] = value
         elif name in {"TOOL_DATA", "BASE_DATA", "$OUT"} and left[1:2] == ["["] and left[-1] == "]":
             self._set_element(name, self.value(left[2:-1]), value)
@@ -429,7 +434,7 @@ class Interpreter(BlockInterpreter):
                 at = replace(at, speed_mm_s=1000.0 * self.value([value]))
             elif name.upper() == "$SYNC_ID[]":
                 at = replace(at, mark=str(self.value([value])))
-            elif name.upper() != "$SYNC_LIST" and not IGNORED.fullmatch(name.upper()):
+            elif name.upper() != "$SYNC_LIST" and not _is_kept(name.upper(), value.upper()):
                 raise ProgramError(f"WITH {name} is unknown")
         self.machine.at = at
         return [*tokens[:begin], *ends]

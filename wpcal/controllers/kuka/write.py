@@ -21,7 +21,7 @@ import numpy as np
 from wpcal.controllers.kuka.arc import LONGEST_PREFIX, SWITCH, fold_data, fold_moves, has_folds, how
 from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.language.emit import WeldWriter
-from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
+from wpcal.controllers.language.naming import NameRules, reserved_words, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import part_frame
@@ -32,15 +32,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.inverse import Posture
 
-KEYWORDS = (
-    "anin anout axis b_and b_exor b_not b_or begin bool brake case cast_from cast_to ccirc channel char circ "
-    "circ_rel confirm const continue decl def default defdat deffct digin digout do e6axis e6pos else end enddat "
-    "endfct endfold endfor endif endinterrupt endloop endspline endstruc endswitch endwhile enum exit exor ext "
-    "extfct false fdat fold for frame function global goto halt if import int interrupt is ldat lin lin_rel loop "
-    "maxi minimum not on or path pdat pos prio ptp ptp_rel public pulse real repeat resume return scirc seq signal "
-    "slin spl spline step struc switch sync then to trigger true until wait when while with wp_part wp_safe"
-)
-NAMES = NameRules("KRL", 24, KEYWORDS)
+NAMES = NameRules("KRL", 24, reserved_words(__file__))
 """Names have up to 24 characters; wp_part is the frame of the part, wp_safe the safe point."""
 MM_DECIMALS = 5  #: A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing.
 DEG_DECIMALS = 6  #: 1e-6 deg moves a point at 2 m by 4e-5 mm.

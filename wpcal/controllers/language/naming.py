@@ -7,6 +7,7 @@ import textwrap
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from wpcal.core.errors import InputError
 
@@ -20,6 +21,11 @@ class NameRules:
     language: str  #: For messages.
     longest: int  #: Characters.
     keywords: str = ""  #: Reserved words, lower case, with spaces between them.
+
+
+def reserved_words(module: str) -> str:
+    """Return the words of ``keywords.txt`` beside a module: those of the language, and those of our programs."""
+    return Path(module).with_name("keywords.txt").read_text(encoding="ascii")
 
 
 def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict[str, str]:

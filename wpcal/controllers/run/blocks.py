@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
@@ -119,6 +119,19 @@ class BlockInterpreter(Interpreter):
     def bodies(self) -> Mapping[str, str]:
         """Return the texts of the routines that take no values, by name."""
         return {name: text_of(one.body) for name, one in self.routines.items() if not one.parameters}
+
+    def lines(self) -> Iterator[tuple[str, int]]:
+        """Yield file and number of each line that can run."""
+        for one in self.steps_of():
+            front = [*one.body]
+            while front:
+                node = front.pop()
+                yield one.file, node.line
+                front += [each for _, body in node.branches for each in body]
+
+    def steps_of(self) -> Iterable[Steps]:
+        """Return all that can run as routines."""
+        return self.routines.values()
 
     def value(self, text: str | list[str]) -> Any:
         """Return the value of an expression."""

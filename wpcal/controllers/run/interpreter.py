@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
@@ -196,6 +196,7 @@ class LineInterpreter(Interpreter):
     REMARKS: Mapping[str, float]  #: What begins a remark, and how many characters it may have.
     BLOCK: tuple[str, str, str]  #: Patterns of IF, ELSE and ENDIF.
     FOR: tuple[str, str]  #: Patterns of the head of a loop that counts, and of its end.
+    LABEL = r"LBL\[|\*|END"  #: Patterns of a place to jump to, and of an end.
     jobs: dict[str, Any]  #: Programs by name, with their `file` and their `lines`: numbers and texts.
     job: Any = None  #: The one that runs.
     loops: list[tuple[int, str, Any, Any]]  #: Lines of the heads, what counts, the last value and the step.
@@ -203,6 +204,12 @@ class LineInterpreter(Interpreter):
     def bodies(self) -> Mapping[str, str]:
         """Return the programs."""
         return {name: "\n".join(line for _, line in one.lines) for name, one in self.jobs.items()}
+
+    def lines(self) -> Iterator[tuple[str, int]]:
+        """Yield file and number of each line that can run, without those that only bound blocks."""
+        bounds = "|".join((*self.BLOCK, *self.FOR, self.LABEL))
+        for job in self.jobs.values():
+            yield from ((job.file, number) for number, line in job.lines if not re.match(bounds, line))
 
     def routine(self, name: str) -> None:
         """Run a program to its end."""

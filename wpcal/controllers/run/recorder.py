@@ -123,7 +123,8 @@ class Recorder:
             self.switch(Does.ON if value else Does.OFF)
 
     def refuse(self, error: ProgramError) -> None:
-        """Write down what is not followed."""
+        """Write down what is not followed; nobody knows where it leads."""
+        self.T_base_flange = None
         self.trace.unknowns.append(Unknown(self.at, error.what, len(self.trace.steps)))
 
     def _write(

@@ -51,3 +51,4 @@ class Trace:
     events: list[Switch] = field(default_factory=list)
     unknowns: list[Unknown] = field(default_factory=list)
     steps: list[Place] = field(default_factory=list)  #: The lines in the order in which they ran.
+    idle: list[Place] = field(default_factory=list)  #: The lines of routines that never ran.

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
-from wpcal.controllers.language.naming import NameRules, own_name, safe_name, safe_names
+from wpcal.controllers.language.naming import NameRules, own_name, reserved_words, safe_name, safe_names
 from wpcal.controllers.language.post import whole_template
 from wpcal.controllers.language.rounding import rounded, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
@@ -27,11 +27,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 
-KEYWORDS = (
-    "and begin call case default do else elseif end endfor endif endswitch endwhile false for fpart global if link "
-    "jplan local mair mjoint mweld not npoint or put return start stop step switch then to true until while wpsafe xor"
-)
-NAMES = NameRules("VAL3", 15, KEYWORDS)  #: Names of variables have up to 15 characters.
+NAMES = NameRules("VAL3", 15, reserved_words(__file__))  #: Names of variables have up to 15 characters.
 MOST_POINTS = 9999  #: Elements of an array.
 MM_DECIMALS = 5
 DEG_DECIMALS = 6  #: As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg.
@@ -116,7 +112,7 @@ class _Val3(WeldWriter):
     def files(self) -> dict[str, str]:
         program, name = self.program, safe_name(self.program.controller.program_name, NAMES)
         self.tool = own_name(program.controller.tool_name, NAMES, what="tool")
-        taken = [KEYWORDS, self.tool.lower(), *(_zone(mm).lower() for mm in self._zones_mm())]
+        taken = [NAMES.keywords, self.tool.lower(), *(_zone(mm).lower() for mm in self._zones_mm())]
         self.stems = safe_names([path.seam.name for path in program.paths], _beside(taken))
         own = [path.seam.name for path in program.paths if path.run is not None]  # with a speed of their own
         motions = [f"{MOTION}{self.stems[name]}" for name in own]

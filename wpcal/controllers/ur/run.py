@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -139,6 +139,9 @@ class Interpreter(BlockInterpreter):
         """Return the functions that take no values, and what is outside of them, without a name."""
         outside = text_of([node for _, node in self.outside if not node.text.startswith("#")])
         return {**super().bodies(), **({"": outside} if outside else {})}
+
+    def steps_of(self) -> Iterable[Steps]:
+        return [*self.routines.values(), *self.threads.values()]
 
     def routine(self, name: str, arguments: Sequence[Any] = ()) -> Any:
         """Run a function; without a name the first one, or what is outside of functions."""

@@ -133,7 +133,6 @@ class Interpreter(LineInterpreter):
     # -- values ----------------------------------------------------------------------------------------------------
 
     def number(self, name: str) -> int:
-        """Return a number or the value of a variable."""
         if re.fullmatch(r"-?\d{1,12}", name):
             return int(name)
         if name not in self.numbers:

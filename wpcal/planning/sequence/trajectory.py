@@ -6,6 +6,8 @@ MoveInstruction, CompositeInstruction.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from wpcal.core.version import __version__
 from wpcal.planning.plan.run import Phase
 from wpcal.planning.sequence.timeline import Timeline
@@ -14,24 +16,7 @@ from wpcal.planning.sequence.weld_sequence import WeldSequence
 DECIMALS = 9  #: 1e-9 rad moves a point at 2 m by 2e-6 mm; 1e-9 m is 1e-6 mm.
 NANO = 10**9
 MM = 1e-3
-BUILD = '''
-
-def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT"):
-    """Return a CompositeInstruction of all states with their times."""
-    import numpy as np
-    from tesseract_robotics import tesseract_command_language as tcl
-    from tesseract_robotics import tesseract_common as common
-
-    program = tcl.CompositeInstruction(profile)
-    program.setManipulatorInfo(common.ManipulatorInfo(manipulator, working_frame, tcp_frame))
-    for time, axes, is_weld in STATES:
-        state = tcl.StateWaypoint(JOINTS, np.array(axes))
-        state.setTime(time)
-        kind = tcl.MoveInstructionType_LINEAR if is_weld else tcl.MoveInstructionType_FREESPACE
-        move = tcl.MoveInstruction(tcl.StateWaypointPoly_wrap_StateWaypoint(state), kind, profile)
-        program.appendMoveInstruction(tcl.MoveInstructionPoly_wrap_MoveInstruction(move))
-    return program
-'''
+BUILD = "\n" + Path(__file__).with_name("tesseract.txt").read_text(encoding="ascii")
 
 
 def joint_trajectory(sequence: WeldSequence, line: Timeline) -> str:
