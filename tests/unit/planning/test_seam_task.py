@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from tests.one_robot_cells import TEE, fixed_cell
 from wpcal.core.ladder import cheapest_way
 from wpcal.planning.sequence.seam_search import is_swift, steps_of_branch
-from wpcal.planning.sequence.seam_task import SeamTask, seam_task
+from wpcal.planning.sequence.seam_task import STEP_RAD, SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, angles_between, tool_on_seam
@@ -59,6 +59,7 @@ def test_the_torch_leans_between_frames_as_a_program_leads_it():
     rows, ends = np.arange(len(task)), np.array([0, len(task) - 1])
     angles = angles_between(task, targets, rows, ends, np.column_stack([lean[[0, -1]], [0.2, 0.2]]))
     wire = tool_on_seam(task, rows, angles)[:, :3, 2]
+    assert np.linalg.norm(np.diff(wire, axis=0), axis=1).max() < STEP_RAD  # a plan is checked along joint moves
     written = Slerp(seam.frames.s_mm, Rotation.from_matrix(tool_rotations(seam.frames.R, TorchSettings(), lean)))
     led = written(task.s_mm).as_matrix()[:, :, 2]
     assert np.abs(wire - led)[task.is_source].max() < 1e-9

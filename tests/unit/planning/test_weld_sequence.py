@@ -13,12 +13,13 @@ from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
 from wpcal.pages.draw.place import place_svg
-from wpcal.planning.cell.bodies import with_wire
+from wpcal.planning.cell.bodies import with_torch_at, with_wire
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.run import Phase
 from wpcal.planning.sequence.kept_plan import kept_plan_of, with_digest
+from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import MapOptions, Moved, map_places
 from wpcal.planning.sequence.plan_sequence import SequencePreference, _Work, plan_sequence
@@ -176,6 +177,18 @@ def test_a_piece_that_is_not_free_is_left_out_by_name_and_the_rest_is_planned(gi
     assert plan.is_free
     assert plan.open_points(has_part=False)[0].startswith("NOT CHECKED: the part")
     assert plan.open_points(has_part=True)[0].startswith("NOT WELDED: 150 of ")
+
+
+def test_a_torch_without_its_usual_room_beside_a_seam_leaves_with_that_of_its_wire(given):
+    """A body of the torch asks for twice of what the farthest way back along the wire, 40 mm, gives it."""
+    cell, targets = given.placed(fixed_cell()), SequenceTargets(approach_mm=10.0)
+    wide = dataclasses.replace(cell, torch=(dataclasses.replace(cell.torch[0], to_part_mm=80.0), *cell.torch[1:]))
+    plan = plan_sequence(wide, given.part, given.seams[:1], targets).sequence
+    assert plan.unwelded == ()
+    near = with_wire(with_torch_at(cell, targets.air_clearance_mm), targets.air_clearance_mm)
+    checker = MotionChecker(near, CellClearance(near, given.part))
+    (way,) = plan.ways
+    assert all(checker.check(q).is_free for q in (*(path.q for path in plan.air), way.from_home, way.to_home))
 
 
 def test_a_part_out_of_reach_is_told_with_what_helps(given):

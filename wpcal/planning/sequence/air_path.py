@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.motion_check import CheckedMove, MotionChecker
@@ -31,10 +31,10 @@ class AirPath:
 
 
 class AirPlanner:
-    """Finds free ways between states of a cell."""
+    """Finds free ways between states of a cell; with `closer`, of smaller distances, those of states too near."""
 
-    def __init__(self, cell: Cell, checker: MotionChecker, seed: int = 0) -> None:
-        self.cell, self.checker, self.seed = cell, checker, seed
+    def __init__(self, cell: Cell, checker: MotionChecker, seed: int = 0, closer: AirPlanner | None = None) -> None:
+        self.cell, self.checker, self.seed, self.closer = cell, checker, seed, closer
         self._roadmap = Roadmap(cell, checker, seed)
 
     def path(self, start: FloatArray, end: FloatArray) -> AirPath:
@@ -43,6 +43,8 @@ class AirPlanner:
         `start`, `end`: shape (k,). All axes, rad and mm.
         Raises `GeometryError` when an end is in collision, or no way was found.
         """
+        if self.closer is not None and not self._clear(np.stack([start, end])).all():
+            return self.closer.path(start, end)
         self._require_clear(start, end)
         for between in ([], *self._by_home(start, end)):
             states = np.stack([start, *between, end])
@@ -60,6 +62,12 @@ class AirPlanner:
 
         `ends`: shape (n, k). All axes, rad and mm.
         """
+        if self.closer is not None and not (clear := self._clear(ends)).all():
+            by_room = {
+                True: iter(self.ways_from_home(ends[clear])),
+                False: iter(self.closer.ways_from_home(ends[~clear])),
+            }
+            return [next(by_room[has_room]) for has_room in clear.tolist()]
         home = self.cell.home
         straight = self.checker.free_shares(np.repeat(home[None], len(ends), axis=0), ends, whole=True) == 1.0
         ways = [
@@ -90,9 +98,12 @@ class AirPlanner:
             found.append(at)
         return found
 
+    def _clear(self, q: FloatArray) -> BoolArray:
+        return self.checker.clearance.margins(q).is_clear
+
     def _require_clear(self, start: FloatArray, end: FloatArray) -> None:
         for name, q in (("start", start[None]), ("end", end[None])):
-            if not self.checker.clearance.margins(q).is_clear[0]:
+            if not self._clear(q)[0]:
                 raise GeometryError(f"the {name} of a move is in collision: {self.checker.nearest(q)}")
 
     def _shortened(self, way: FloatArray) -> AirPath:

@@ -274,15 +274,11 @@ def _part(search: SeamSearch, task: SeamTask, way: _Way, span: Span) -> Candidat
 
 def _leaving(search: SeamSearch, task: SeamTask, way: _Way, span: Span) -> _Way | None:
     """Return the longest part of a piece from whose ends the torch can go back along the wire; None if it is short."""
-    whole = _part(search, task, way, span)
-    first = next((row for row in range(len(whole)) if search.withdrawn(whole.q[row]).why is None), len(whole))
-    last = next(
-        (row for row in reversed(range(first + 1, len(whole))) if search.withdrawn(whole.q[row]).why is None), 0
-    )
+    s_mm, rows = task.s_mm, span.first + np.flatnonzero(search.leaves(_part(search, task, way, span).q))
     least_mm = min(LEAST_PIECE_MM, task.length_mm) - ROUND_OFF_MM
-    if last <= first or whole.task.s_mm[last] - whole.task.s_mm[first] < least_mm:
+    if len(rows) == 0 or s_mm[rows[-1]] - s_mm[rows[0]] < least_mm:
         return None
-    kept = Span(span.first + first, span.first + last)
+    kept = Span(int(rows[0]), int(rows[-1]))
     return _Way(kept, _part(search, task, way, kept))
 
 

@@ -130,7 +130,7 @@ class _Ways:
 
     name: str
     candidates: tuple[Candidate, ...]
-    search: SeamSearch  #: That found them: with the usual distances at the seam, or the least.
+    search: SeamSearch  #: That found them: with the usual distances, or smaller ones at the seam or in the air.
 
 
 def plan_sequence(
@@ -175,11 +175,11 @@ def plan_sequence(
 def ways_of_seam(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
     """Return the ways to weld a seam whole, or in pieces with what is left out between them; no moves to the seam."""
     task = seam_task(seam.seam, seam.speed_mm_s, seam.rank)
-    for own in (search, search.closer, search.farther):
+    for own in (search, search.closer, search.farther, search.tighter):
         found = _both_directions(own, task, own.whole(task))
         if found:
             return [_Ways(task.name, tuple(found), own)], []
-    own = search.farther
+    own = search.tighter
     pieces, gaps = cut_seam(own, task, remedies)
     one = len(pieces) == 1
     names = [task.name if one else f"{task.name}{_letters(row)}" for row in range(len(pieces))]
@@ -265,7 +265,9 @@ class _Work:
     def __init__(self, search: SeamSearch, stretches: list[_Ways], smooth: Smooth, progress: Progress) -> None:
         self.search, self.cell, self.stretches = search, search.cell, stretches
         self.smooth, self.progress = smooth, progress
-        self.planner = AirPlanner(search.cell, search.air, search.targets.seed)
+        seed, own = search.targets.seed, search.tighter
+        closer = AirPlanner(self.cell, own.air, seed) if any(ways.search is own for ways in stretches) else None
+        self.planner = AirPlanner(self.cell, search.air, seed, closer)
         self.pieces: dict[tuple[int, int], WeldPiece] = {}
         self.air: dict[Move, AirPath] = {}
         self.blocked: list[Move] = []

@@ -118,6 +118,14 @@ class SeamSearch:
         other.most_back_mm = FARTHER * self.targets.approach_mm
         return other
 
+    @cached_property
+    def tighter(self) -> SeamSearch:
+        """The farther search, whose torch comes as near to the part in the air as its wire may."""
+        other = copy(self.farther)
+        cell = with_torch_at(self.air.cell, self.targets.air_clearance_mm)
+        other.__dict__["air"] = MotionChecker(cell, CellClearance(cell, self.clearance.part, like=self.clearance))
+        return other
+
     def withdrawn(self, q: FloatArray) -> Withdrawal:
         """Go back along the wire from a state of a weld. `q`: shape (k,). All axes, rad and mm."""
         return withdraw(self.checker, self.air, q, self.targets.approach_mm, self.most_back_mm)

@@ -108,14 +108,16 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> Sea
     if frames.frame != "part" or len(frames) < 2:
         raise InputError(f"seam {seam.name}: expected two or more frames in part, got {len(frames)} in {frames.frame}")
     rotations = Rotation.from_matrix(frames.R)
-    turned = (rotations[:-1].inv() * rotations[1:]).magnitude()
+    lean = np.zeros((len(frames), 2)) if seam.lean_rad is None else np.nan_to_num(seam.lean_rad)
+    wire = -back_directions(frames.R, lean)
+    swing = swings_between(wire[:-1], wire[1:])
+    turned = np.maximum((rotations[:-1].inv() * rotations[1:]).magnitude(), np.linalg.norm(swing, axis=1))
     parts = np.maximum(np.ceil(np.maximum(np.diff(frames.s_mm) / STEP_MM, turned / STEP_RAD)), 1.0).astype(int)
     at = np.concatenate([*(row + np.arange(count) / count for row, count in enumerate(parts)), [len(parts)]])
     number = np.arange(len(frames))
-    lean = np.zeros((len(frames), 2)) if seam.lean_rad is None else np.nan_to_num(seam.lean_rad)
     s, p = np.interp(at, number, frames.s_mm), _on_curve(frames, at)
     R = Slerp(number, rotations)(at).as_matrix()
-    lean = _leans_between(frames, lean, R, at)
+    lean = _leans_between(lean, wire, swing, R, at)
     from_mm = max(NEAR_ROOT_MM, start_mm(seam))
     what = f"{seam.joint.value} {seam.weld.value}"
     return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm, from_mm)
@@ -137,17 +139,19 @@ def _on_curve(frames: SeamFrames, at: FloatArray) -> FloatArray:
     return np.asarray(start + t * chord + np.where(smooth[:, None], bend, 0.0), dtype=np.float64)
 
 
-def _leans_between(frames: SeamFrames, lean_rad: FloatArray, R: FloatArray, at: FloatArray) -> FloatArray:
+def _leans_between(
+    lean_rad: FloatArray, wire: FloatArray, swing: FloatArray, R: FloatArray, at: FloatArray
+) -> FloatArray:
     """Return work and travel angles, shape (n, 2), rad, of a wire that turns as controllers turn it between frames.
 
-    `lean_rad`: shape (m, 2). At the frames.
+    `lean_rad`, `wire`: shapes (m, 2) and (m, 3). At the frames; `wire` points towards its tip.
+    `swing`: shape (m - 1, 3). Its turns between them, rotation vectors.
     `R`, `at`: shapes (n, 3, 3) and (n,). Axes of the seam at points, and their places in numbers of frames.
     """
-    row = np.minimum(at.astype(int), len(frames) - 2)
-    wire = -back_directions(frames.R, lean_rad)
-    swing = swings_between(wire[:-1], wire[1:])[row] * (at - row)[:, None]
+    row = np.minimum(at.astype(int), len(swing) - 1)
+    turned = exp_rotation(swing[row] * (at - row)[:, None])
     leans = np.asarray(lean_rad.any(axis=1))
-    angles = np.stack(measure_torch(R, np.einsum("nij,nj->ni", exp_rotation(swing), wire[row])), axis=1)
+    angles = np.stack(measure_torch(R, np.einsum("nij,nj->ni", turned, wire[row])), axis=1)
     return np.where((leans[row] | leans[row + 1])[:, None], np.round(angles, LEAN_DIGITS), 0.0)
 
 

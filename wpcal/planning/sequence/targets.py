@@ -68,8 +68,8 @@ class SequenceTargets:
     approach_mm: float = APPROACH_MM
     air_clearance_mm: float = opt(
         AIR_CLEARANCE_MM,
-        "Least distance of the wire from the part on moves through the air: above the errors of a calibration and of a "
-        "path.",
+        "Least distance of the wire from the part on moves through the air, and of the torch where the distances of "
+        "the cell leave no way from a seam: above the errors of a calibration and of a path.",
         least=0,
     )
     seam_clearance_mm: float = opt(
