@@ -157,6 +157,13 @@ def depth_in(body, points):
     return capsule["radius_mm"] - np.linalg.norm(points - p - share[:, None] * way, axis=1)
 
 
+def test_the_nozzle_of_a_short_tool_ends_at_its_flange():
+    for length_mm in (80.0004, 110.0):
+        T_flange_tool = RigidTransform(np.eye(3), [0.0, 0.0, length_mm], "flange", "tool")
+        (nozzle,) = bodies_of_shape(USUAL_TORCH, T_flange_tool)
+        assert np.min(nozzle["hull_mm"], axis=0)[2] == pytest.approx(-length_mm, abs=1e-3)
+
+
 @SHAPES
 @pytest.mark.parametrize("flange", [(120.0, 0.0, 300.0), (0.0, 0.0, 420.0)], ids=["beside the wire", "on the wire"])
 def test_the_planned_bodies_of_a_torch_are_the_pieces_with_which_seams_are_judged(shape, flange):

@@ -43,17 +43,20 @@ def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
 def mounted(shape: TorchShape, T_flange_tool: RigidTransform) -> TorchShape:
     """Return the torch as it is on the flange: what has no neck gets one with the bodies of `bodies_of_shape`.
 
-    Behind the nozzle a body leads straight to the flange; where the wire leads there, the neck does not bend.
+    Behind the nozzle a body leads straight to the flange; where the wire leads there, the neck does not bend. Where the
+    nozzle fits in front of the flange, it ends there.
     """
     if shape.neck is not None:
         return shape
-    bend = np.array([0.0, 0.0, -max(NOZZLE_MM, shape.wire_mm + 2.0 * shape.nozzle_radius_mm)])
     flange = T_flange_tool.inverse().t_mm
+    least = shape.wire_mm + max(2.0 * shape.nozzle_radius_mm, shape.taper_mm)
+    bend = np.array([0.0, 0.0, -round(max(min(NOZZLE_MM, -float(flange[2])), least), 3)])
     off = float(np.linalg.norm(flange[:2]))
-    angle = float(np.degrees(np.arctan2(off, bend[2] - flange[2]))) if off > ON_WIRE_MM else 0.0
-    from_mm, radius = -float(bend[2]) - shape.wire_mm, min(NECK_RADIUS_MM, _apart(bend, flange) / 2)
+    angle = float(np.degrees(np.arctan2(off if off > ON_WIRE_MM else 0.0, bend[2] - flange[2])))
+    from_mm, apart = -float(bend[2]) - shape.wire_mm, _apart(bend, flange)
+    radius = min(NECK_RADIUS_MM, from_mm / 2, max(apart / 2, ON_WIRE_MM))  # as thick as there is room
     neck = Neck(round(angle, 3), from_mm, 0.0, radius, from_mm, radius)
-    length = round(_apart(bend, flange) - float(bend[2]), 3)
+    length = round(apart - float(bend[2]), 3)
     return replace(shape, name=f"{shape.name} on its flange", length_mm=length, neck=neck)
 
 
