@@ -126,6 +126,21 @@ class FormatError(InputError):
 
 
 @contextmanager
+def fields_of(path: str, wrong: type[InputError] = InputError) -> Iterator[None]:
+    """Name the file in errors raised inside, where its fields are read; a missing one is a `FormatError`."""
+    try:
+        yield
+    except FormatError:
+        raise
+    except InputError as error:
+        raise wrong(f"{path}: {error}") from None
+    except KeyError as error:
+        raise FormatError(f"the field {error.args[0]!r} is missing", path=path) from None
+    except (TypeError, ValueError, AttributeError) as error:
+        raise FormatError(f"a field has a wrong type: {error}", path=path) from None
+
+
+@contextmanager
 def blamed_on(path: str) -> Iterator[None]:
     """Put the file's name before the message of a `GeometryError` or `UnitError` raised inside."""
     try:

@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from wpcal.brep.material import TriangleMaterial
-from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.judge.arc import ALL_SWITCHES, arc_faults
 from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare, contacts_of
@@ -26,6 +24,7 @@ from wpcal.controllers.language.post import blocks_of, own_arc_templates
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.program.arc import SEAM_MARKS
+from wpcal.controllers.program.checked_program import part_in_base
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import find_controller
 from wpcal.controllers.run.machine import Place
@@ -209,7 +208,7 @@ def _require_free(trace: Trace, found: Compared, asked: Asked, program: WeldProg
         return []
     added = [motion for motion in found.others if _is_near(motion, trace, asked)]
     strange = {id(motion) for motion in found.others}.difference(map(id, added))
-    part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
+    part = part_in_base(program.part_glb, program.T_base_part)
     torch = TorchAtTool(program.shape, program.torch.tool_axis, program.torch.standoff_mm)
     start = max((start_mm(path.seam) for path in program.paths), default=START_MM)
     more = dict(enumerate((path.seam.more_wire_mm for path in program.paths), 1))

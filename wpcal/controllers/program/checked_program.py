@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from wpcal.controllers.program.air_moves import (
 from wpcal.controllers.program.few_moves import to_every_point
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
+from wpcal.core.transform import RigidTransform
 from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.reach import find_in_ways
@@ -46,6 +48,12 @@ def refused(found: Mapping[str, str], names: Sequence[str], torch: TorchShape) -
     )
 
 
+@lru_cache(maxsize=1)
+def part_in_base(part_glb: bytes, T_base_part: RigidTransform) -> TriangleMaterial:
+    """Return the triangles of a part in the base: before and after it is written, a program is compared with them."""
+    return TriangleMaterial.of(read_part_glb(part_glb), T_base_part)
+
+
 def check_program(
     program: WeldProgram, *, torch: TorchShape | None = None, air: AirSettings | None = None, strict: bool = True
 ) -> WeldProgram:
@@ -63,7 +71,7 @@ def check_program(
             "the result folder has no part.glb, with which poses and moves are checked; run wpcal calibrate again",
             code=ErrorCode.PART_MISSING,
         )
-    part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
+    part = part_in_base(program.part_glb, program.T_base_part)
     program, inside = _with_free_poses(program, part, torch)
     paths = [path for path in program.paths if path.seam.name not in inside]
     if inside and (strict or not paths):

@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.program.reachable_spin import ArmAtTool, point_name, spun_programs
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from wpcal.core.arrays import BoolArray, FloatArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
-from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.robot.kinematics.inverse import Broken, continue_branch
 from wpcal.robot.moves import PathTolerance
+from wpcal.robot.moves.sweep import poses_between
 
 STEP_MM = 20.0  #: On a way of the torch an arm of a metre turns its joints by a degree or two per step.
 STEP_RAD = np.radians(5.0)  #: Turns of the tool are followed at this step for the same reason.
@@ -135,7 +135,7 @@ def _leg(path: WeldPath) -> _Leg:
 
 
 def _follow(leg: _Leg, arm: ArmAtTool, branch: int, near: ArrayLike) -> FloatArray:
-    p, R, rows = _densely(leg.p, leg.R)
+    p, R, rows = poses_between(leg.p, leg.R, STEP_MM, STEP_RAD)
     path = continue_branch(arm.arm, arm.branches(p, R)[:, branch], near)
     if isinstance(path, Broken):
         to = int(np.searchsorted(rows, path.row))
@@ -147,16 +147,3 @@ def _follow(leg: _Leg, arm: ArmAtTool, branch: int, near: ArrayLike) -> FloatArr
             code=ErrorCode.JOINT_PATH,
         )
     return np.asarray(path[rows[leg.is_pose]], dtype=np.float64)
-
-
-def _densely(p: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return poses at small steps, and the rows of the given ones in them."""
-    turn = log_rotation(np.swapaxes(R[:-1], -1, -2) @ R[1:])
-    steps = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1) / STEP_MM, np.linalg.norm(turn, axis=1) / STEP_RAD)
-    counts = np.maximum(np.ceil(steps), 1.0).astype(int)
-    first = np.repeat(np.arange(len(counts)), counts)
-    rows = np.concatenate([[0], np.cumsum(counts)])
-    share = ((np.arange(len(first)) - rows[first]) / counts[first])[:, None]
-    dense_p = p[first] + share * (p[first + 1] - p[first])
-    dense_R = R[first] @ exp_rotation(share * turn[first])
-    return np.concatenate([dense_p, p[-1:]]), np.concatenate([dense_R, R[-1:]]), rows

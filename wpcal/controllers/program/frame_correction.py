@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from wpcal.brep.material import TriangleMaterial
-from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.controllers.program.checked_program import part_in_base
 from wpcal.controllers.program.in_run import Correction, Term, WeldsAfter
 from wpcal.controllers.program.weld_program import SafePoint, WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.moves.sweep import poses_between
 from wpcal.robot.torch.attitude import ToolAxis, TorchSettings
 from wpcal.seam.judge.reach import sweep_torch
 from wpcal.touch.plan.choose import TouchDesign
-from wpcal.touch.plan.displaced import STEP_MM, STEP_RAD, poses_between
+from wpcal.touch.plan.displaced import STEP_MM, STEP_RAD
 from wpcal.touch.searches import SearchKind, TouchPlan, TouchSetup
 
 RESIDUAL_SIGMAS = 4.0  #: One run of 2000 with 8 searches exceeds it by chance.
@@ -131,9 +131,9 @@ def _require_free(program: WeldProgram, T_base_part: RigidTransform, p: FloatArr
     """
     if program.part_glb is None:
         return
-    part = TriangleMaterial.of(read_part_glb(program.part_glb), T_base_part)
-    way = poses_between(p, R, STEP_MM, STEP_RAD, program.torch.standoff_mm)
-    if len(found := sweep_torch(part, [way], program.shape, axis=program.torch.tool_axis)[1]):
+    part = part_in_base(program.part_glb, T_base_part)
+    tips, axes, _ = poses_between(p, R, STEP_MM, STEP_RAD, program.torch.standoff_mm)
+    if len(found := sweep_torch(part, [(tips, axes)], program.shape, axis=program.torch.tool_axis)[1]):
         raise InputError(
             f"on the way up from the last search and to the seams the {found.part[0].value} of the torch meets "
             f"{found.solid[0]!r}: give --up, or plan the touches with an arm, which goes home"

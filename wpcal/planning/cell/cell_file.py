@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import InputError, fields_of
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Carrier, Cell, Rail
@@ -17,8 +17,6 @@ from wpcal.planning.cell.shape import JOINTS, Shape
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
 from wpcal.robot.torch.file import CELL_SCHEMA, torch_from_fields
-
-Built = TypeVar("Built")
 
 
 def read_cell(path: Path) -> Cell:
@@ -46,24 +44,8 @@ def cell_from_record(record: Mapping[str, Any], *, path: Path) -> Cell:
 
     Raises `InputError` or `FormatError` as `read_cell` does.
     """
-    return built_from(_two_robots if "holder_robot" in record else _one_robot, record, path)
-
-
-def built_from(build: Callable[[Mapping[str, Any], Path], Built], record: Mapping[str, Any], path: Path) -> Built:
-    """Build a cell from the record of a file; messages name the file, and fields that are missing or of a wrong type.
-
-    Raises `InputError` or `FormatError` as `build` does, or when it finds no field or a wrong one.
-    """
-    try:
-        return build(record, path)
-    except FormatError:
-        raise
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except KeyError as error:
-        raise FormatError(f"the field {error.args[0]!r} is missing", path=str(path)) from None
-    except (TypeError, ValueError, AttributeError) as error:
-        raise FormatError(f"a field has a wrong type: {error}", path=str(path)) from None
+    with fields_of(str(path)):
+        return (_two_robots if "holder_robot" in record else _one_robot)(record, path)
 
 
 def _two_robots(record: Mapping[str, Any], path: Path) -> Cell:

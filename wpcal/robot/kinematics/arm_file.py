@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import FormatError, InputError, fields_of
 from wpcal.core.input_file import require_name
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
@@ -56,16 +56,8 @@ def read_arm(path: Path) -> Arm:
     Raises `FormatError` when a field is missing or wrong, or the numbers of links and joints differ.
     """
     record = read_json(path, schema=ARM_SCHEMA)
-    try:
+    with fields_of(str(path), FormatError):
         return arm_from_record(record)
-    except FormatError:
-        raise
-    except InputError as error:
-        raise FormatError(str(error), path=str(path)) from None
-    except KeyError as error:
-        raise FormatError(f"the field {error.args[0]!r} is missing", path=str(path)) from None
-    except (TypeError, ValueError, AttributeError) as error:
-        raise FormatError(f"a field has a wrong type: {error}", path=str(path)) from None
 
 
 def arm_from_record(record: dict[str, Any]) -> Arm:

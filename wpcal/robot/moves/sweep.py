@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import product
-from wpcal.core.tangent import exp_rotation
+from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.robot.moves.interpolation import turns_between
 
 STEP_MM = 1.0
@@ -82,3 +82,23 @@ def sweep_moves(
     share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
     between = product(exp_rotation(share[:, None] * turn[row]), R[row])
     return Swept(row + share, p[row] + share[:, None] * chord[row], np.asarray(between))
+
+
+def poses_between(
+    tips: FloatArray, R: FloatArray, step_mm: float, step_rad: float, standoff_mm: float = 0.0
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return poses on ways between m poses, at most one step of the tool centre point apart: it goes straight.
+
+    `tips`, `R`: shapes (m, 3) and (m, 3, 3). The tool turns evenly between two poses.
+
+    Returns places of the tip of the wire, shape (n, 3), `standoff_mm` ahead of the tool centre point, axes of the tool,
+    shape (n, 3, 3), and the rows of the given poses, shape (m,).
+    """
+    p = tips - standoff_mm * R[:, :, 2]
+    way, turn = np.diff(p, axis=0), log_rotation(np.swapaxes(R[:-1], -1, -2) @ R[1:])
+    steps = np.maximum(np.linalg.norm(way, axis=1) / step_mm, np.linalg.norm(turn, axis=1) / step_rad)
+    parts = np.maximum(np.ceil(steps), 1.0).astype(np.int64)
+    first, rows = np.repeat(np.arange(len(parts)), parts), np.concatenate([[0], np.cumsum(parts)])
+    share = ((np.arange(len(first)) - rows[first]) / parts[first])[:, None]
+    axes = np.concatenate([R[first] @ exp_rotation(share * turn[first]), R[-1:]])
+    return np.concatenate([p[first] + share * way[first], p[-1:]]) + standoff_mm * axes[:, :, 2], axes, rows

@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import FormatError, InputError, fields_of
 from wpcal.core.input_file import read_bytes, require_name
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json, read_json
@@ -110,14 +110,8 @@ def _record(path: Path) -> dict[str, Any]:
 
 
 def _shape(record: dict[str, Any], path: Path) -> TorchShape:
-    try:
+    with fields_of(str(path)):
         return shape_from_record(record, path.stem)
-    except FormatError:
-        raise
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except (KeyError, TypeError, ValueError) as error:
-        raise FormatError(f"is not a complete torch: {type(error).__name__} {error}", path=str(path)) from None
 
 
 def shape_from_record(record: dict[str, Any], name: str) -> TorchShape:

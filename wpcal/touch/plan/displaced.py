@@ -16,7 +16,8 @@ from scipy.special import chdtri
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import Material, TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian
+from wpcal.core.tangent import exp_rotation, point_jacobian
+from wpcal.robot.moves.sweep import poses_between
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan.free import APPROACH_MM, Strokes, tool_axes, torch_keeps_away
 from wpcal.touch.plan.options import HIT_LEVEL, NominalError
@@ -83,7 +84,7 @@ class DisplacedPart:
         `p`: shape (m, 3). Points of the way of the tip of the wire, in `part`, mm.
         `R`: shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
-        tips, axes = poses_between(p, R, STEP_MM, STEP_RAD, self.standoff_mm)
+        tips, axes, _ = poses_between(p, R, STEP_MM, STEP_RAD, self.standoff_mm)
         felt_mm = wire_mm - WITHIN_MM if along_wire else wire_mm + STEP_MM
         return bool(self._is_free(torch, felt_mm, tips, axes).all())
 
@@ -127,26 +128,3 @@ def _of_solids(material: Material, solids: IntArray, graph: BrepGraph) -> Materi
     if not isinstance(material, TriangleMaterial) or len(material.names) != len(graph.solid_names):
         return material
     return material.of_solids(solids)
-
-
-def poses_between(
-    tips: FloatArray, R: FloatArray, step_mm: float, step_rad: float, standoff_mm: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return poses on ways between m poses, at most one step of the tool centre point apart: it goes straight.
-
-    Returns `tips`: shape (n, 3). Places of the tip of the wire, `standoff_mm` ahead of the tool centre point.
-    Returns `R`: shape (n, 3, 3). The tool turns evenly between two poses.
-
-    `tips`: shape (m, 3).
-    `R`: shape (m, 3, 3).
-    """
-    p = tips - standoff_mm * R[:, :, 2]
-    places, turns = [p[:1]], [R[:1]]
-    for a, b, Ra, Rb in zip(p[:-1], p[1:], R[:-1], R[1:], strict=True):
-        turn = log_rotation(Ra.T @ Rb)
-        count = max(1, math.ceil(np.linalg.norm(b - a) / step_mm), math.ceil(np.linalg.norm(turn) / step_rad))
-        share = np.arange(1, count + 1) / count
-        places.append(a + share[:, None] * (b - a))
-        turns.append(np.stack([Ra @ exp_rotation(s * turn) for s in share]))
-    axes = np.concatenate(turns)
-    return np.concatenate(places) + standoff_mm * axes[:, :, 2], axes

@@ -16,8 +16,9 @@ import numpy as np
 from wpcal.brep.material import Material
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import log_rotation
+from wpcal.robot.moves.sweep import poses_between
 from wpcal.robot.torch.shape import TorchShape
-from wpcal.touch.plan.displaced import DisplacedPart, poses_between
+from wpcal.touch.plan.displaced import DisplacedPart
 from wpcal.touch.plan.free import BIN_MM, torch_keeps_away
 
 STEP_MM = 10.0  #: Places on a straight way are this far apart; the torch is felt wider by half of it.
@@ -46,7 +47,7 @@ class Air:
         `p`: shape (m, 3). Places of the tip of the wire, in `part`, mm.
         `R`: shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
-        tips, frames = poses_between(p, R, STEP_MM, STEP_RAD, self.part.standoff_mm)
+        tips, frames, _ = poses_between(p, R, STEP_MM, STEP_RAD, self.part.standoff_mm)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
         felt_mm = max(self.wire_mm, STEP_MM)
         return bool(torch_keeps_away(self.materials, self.torch, tips, frames, clear, wire_mm=felt_mm).all())

@@ -14,9 +14,10 @@ from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation
+from wpcal.robot.moves.sweep import poses_between
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan import NominalError, TouchOptions, plan_touches
-from wpcal.touch.plan.displaced import DisplacedPart, poses_between
+from wpcal.touch.plan.displaced import DisplacedPart
 from wpcal.touch.plan.free import torch_keeps_away
 from wpcal.touch.searches import TouchPlan
 
@@ -29,7 +30,7 @@ def ways(plan: TouchPlan) -> tuple[FloatArray, FloatArray]:
     steps = TouchProgram(plan).steps(plan.T_base_part)
     for a, b in pairwise(steps):
         points, axes = np.stack([a.p[-1], *b.p[:-3]]), np.stack([a.R[-1], *b.R[:-3]])
-        places, turned = poses_between(points, axes, 1.0, np.radians(2.0), 0.0)
+        places, turned, _ = poses_between(points, axes, 1.0, np.radians(2.0))
         p.append(places + plan.standoff_mm * turned[:, :, 2]), R.append(turned)
     return np.concatenate(p), np.concatenate(R)
 
@@ -37,7 +38,7 @@ def ways(plan: TouchPlan) -> tuple[FloatArray, FloatArray]:
 def test_the_tip_goes_on_an_arc_where_the_tool_turns() -> None:
     tips = np.array([[0.0, 0.0, -100.0], [100.0, 0.0, 0.0]])  # about a tool centre point at the origin
     R = np.array([np.diag([1.0, -1.0, -1.0]), [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]])
-    at, _ = poses_between(tips, R, 1.0, np.radians(2.0), 100.0)
+    at, *_ = poses_between(tips, R, 1.0, np.radians(2.0), 100.0)
     np.testing.assert_allclose(np.linalg.norm(at, axis=1), 100.0)
 
 
