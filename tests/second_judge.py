@@ -8,13 +8,14 @@ its solids' triangles says so. `pytest -m deep -rP tests/e2e/test_second_judge.p
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.moves_of_programs import circle_through
@@ -25,6 +26,7 @@ STEP_MM, STEP_RAD = 5.0, 0.05  #: Between two judged states.
 ALONG_MM = 5.0  #: Between points of the wire and of a capsule.
 TIP_MM = 3.0  #: So much of the wire is at the seam.
 OPEN_MM2 = 1.0  #: The sum of all areas of a closed surface is no more, of triangles in single precision.
+WELDED_MM = 2.6  #: A place on a seam is welded if a state is so near: half of a step, and the error of a program.
 DEEP_MM = 0.3  #: A point that is less deep is on the surface.
 MOST_DEG = 1.0
 """Joints of the text and those of its poses: near a singular pose they differ by more than their digits."""
@@ -113,11 +115,11 @@ class SecondJudge:
                 assert off < MOST_DEG, f"the arm is {off:.2f} deg off the joints of the text"
                 q = np.radians(step.joints)
 
-    def contacts(self, steps: list[Step]) -> list[Contact]:
+    def contacts(self, states: Iterable[tuple[int, bool, Array]]) -> list[Contact]:
         """Return what is inside the part or below the floor, the deepest place of each body."""
         worst: dict[str, Contact] = {}
         into = np.linalg.inv(self.T_part)
-        for number, on_line, q in self.states(steps):
+        for number, on_line, q in states:
             tool = self.T_base @ self.tool(q)
             bodies = {"torch": self.torch, "wire": self.wire[int(TIP_MM) :] if on_line else self.wire}
             world = {name: p @ tool[:3, :3].T + tool[:3, 3] for name, p in bodies.items()}
@@ -137,6 +139,18 @@ class SecondJudge:
                     if deep > DEEP_MM and deep > worst.get(name, Contact("", 0.0, 0)).deep_mm:
                         worst[name] = Contact(name, deep, number)
         return list(worst.values())
+
+    def welded_share(self, states: Iterable[tuple[int, bool, Array]], result: Path) -> float:
+        """Return how much of the length of the accepted seams of a result the wire passes on lines and arcs."""
+        tools = np.array([self.tool(q) for _, on_line, q in states if on_line])
+        seams = json.loads((result / "seams.json").read_text(encoding="utf-8"))["seams"]
+        found = []
+        for seam in (each for each in seams if each["accepted"]):
+            s, p = (np.array([frame[key] for frame in seam["frames"]]) for key in ("s_mm", "p_mm"))
+            places = np.stack([np.interp(np.arange(0.0, s[-1]), s, column) for column in p.T], axis=1)
+            tips = tools[:, :3, 3] + seam.get("more_wire_mm", 0.0) * tools[:, :3, 2]
+            found += (cKDTree(tips).query(places)[0] < WELDED_MM).tolist()
+        return float(np.mean(found))
 
 
 def _solids(corners: Array) -> list[tuple[Array, Array, Array]]:
@@ -201,6 +215,7 @@ class Row(NamedTuple):
     language: str
     moves: int
     contacts: tuple[Contact, ...]
+    welded: float = 0.0  #: Share of the accepted length.
     refused: str = ""
 
 
@@ -251,12 +266,13 @@ def uncovered(plan: dict[str, Any], result: Path) -> list[str]:
 
 def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[str, ...]) -> Iterator[Row]:
     """Yield what the second judge says of the text of every language."""
-    found = planned(arm, result, folder, languages)
-    yield from (Row(part, arm, name, 0, (), why) for name, why in found.refused.items())
-    for name, routines in found.routines.items():
-        assert found.judge is not None
-        contacts = tuple(contact for steps in routines for contact in found.judge.contacts(steps))
-        yield Row(part, arm, name, sum(map(len, routines)), contacts)
+    judge, texts, refused = planned(arm, result, folder, languages)
+    yield from (Row(part, arm, name, 0, (), refused=why) for name, why in refused.items())
+    for name, routines in texts.items():
+        assert judge is not None
+        states = [list(judge.states(steps)) for steps in routines]
+        contacts = tuple(contact for own in states for contact in judge.contacts(own))
+        yield Row(part, arm, name, sum(map(len, routines)), contacts, judge.welded_share(max(states, key=len), result))
 
 
 def result_for(part: str | int, folder: Path) -> Path:
