@@ -29,11 +29,7 @@ def plate() -> Weldment:
     rows = [(p, n, 0) for points, n in zip(on_base, (UP, -NORMAL, -AXIS), strict=True) for p in points]
     face = [(s, THICK_MM / 2.0, 20.0) for s in (-580.0, -290.0, 0.0, 290.0, 580.0)]
     rows += [(p, NORMAL, 1) for p in [*face, (0.0, THICK_MM / 2.0, 110.0)]]
-    rows += [
-        ((LENGTH_MM / 2.0, 0.0, 60.0), AXIS, 1),
-        ((-400.0, 0.0, HEIGHT_MM), UP, 1),
-        ((400.0, 0.0, HEIGHT_MM), UP, 1),
-    ]
+    rows += [((LENGTH_MM / 2.0, 0.0, 60.0), AXIS, 1), *(((x, 0.0, HEIGHT_MM), UP, 1) for x in (-400.0, 400.0))]
     p, n, body = (np.array(column) for column in zip(*rows, strict=True))
     half = np.array([LENGTH_MM, THICK_MM, HEIGHT_MM]) / 2.0
     corners = [CENTRE + half * np.array([x, y, z]) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]

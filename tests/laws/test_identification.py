@@ -25,6 +25,7 @@ pytestmark = pytest.mark.many
 
 MH6 = find_arm("mh6")
 PARAMETERS = link_parameters(MH6.chain)
+GENETIC = IdentificationSolver.GENETIC_TABU
 NOISE = Noise(0.05, float(np.deg2rad(0.005)))  # the issue's: 0.05 mm, 0.005°
 SAME_PARAMETER = 1e-9  # relative, the bound
 NOISE_FREE_MM = 1e-9  # round-off of poses a metre away
@@ -161,9 +162,7 @@ def test_too_few_poses_and_far_positions_are_refused():
     with pytest.raises(InputError, match="2 to 70 folds"):
         identify_arm(MH6, observations, options=IdentifyOptions(folds=71))
     with pytest.raises(InputError, match="known base and tool"):
-        identify_arm(
-            MH6, observations, options=IdentifyOptions(solver=IdentificationSolver.GENETIC_TABU, free_base=True)
-        )
+        identify_arm(MH6, observations, options=IdentifyOptions(solver=GENETIC, free_base=True))
 
 
 def random_errors(rng):
@@ -182,9 +181,7 @@ def test_genetic_tabu_reaches_what_the_paper_did(preset):
         rng = np.random.default_rng(seed)
         errors = XIONG_2015_ERRORS if preset else random_errors(rng)
         observations = simulate_poses(MH6, errors, random_joints(MH6, 70, rng=rng), rng=rng)
-        result = identify_arm(
-            MH6, observations, options=IdentifyOptions(solver=IdentificationSolver.GENETIC_TABU, seed=seed)
-        )
+        result = identify_arm(MH6, observations, options=IdentifyOptions(solver=GENETIC, seed=seed))
         tested.append(result.after.distance_mm.mean)
         steps = dict(zip((p.name for p in result.fit.parameters), result.fit.steps, strict=True))
         found = np.array([steps[p.name] for p in PARAMETERS])
@@ -196,7 +193,7 @@ def test_genetic_tabu_reaches_what_the_paper_did(preset):
 @pytest.mark.deep
 def test_genetic_tabu_never_beats_least_squares_by_its_own_measure():
     observations = measured(9, noise=NOISE)
-    search = identify_arm(MH6, observations, options=IdentifyOptions(solver=IdentificationSolver.GENETIC_TABU))
+    search = identify_arm(MH6, observations, options=IdentifyOptions(solver=GENETIC))
     exact = identify_arm(MH6, observations)
     r = [np.sum((pose_errors(result.fit.model, MH6.model_angles(observations.joints[result.train]),
                              observations.select(result.train)) / np.repeat([NOISE.sigma_rad, NOISE.sigma_mm], 3)) ** 2)

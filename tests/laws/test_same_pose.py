@@ -117,10 +117,8 @@ def test_the_order_of_the_points_does_not_change_the_pose(make: Callable[[np.ran
         pairs = make(rng)
         base = solve_minimax(pairs).T.apply(pairs.p_source)
         for _ in range(2):
-            other = solve_minimax(pairs.select(rng.permutation(len(pairs))))
-            np.testing.assert_allclose(
-                other.T.apply(pairs.p_source), base, rtol=0, atol=SAME_PLACE_MM, err_msg=f"set {k}"
-            )
+            place = solve_minimax(pairs.select(rng.permutation(len(pairs)))).T.apply(pairs.p_source)
+            np.testing.assert_allclose(place, base, rtol=0, atol=SAME_PLACE_MM, err_msg=f"set {k}")
 
 
 @pytest.mark.parametrize("make", few(KINDS.values(), 2), ids=KINDS)

@@ -60,6 +60,5 @@ def test_a_place_that_was_taught_twice_leaves_every_turn_to_least_squares(seed: 
     assert off[:2].max() < base.objective_mm
     for _ in range(3):
         start = RigidTransform(exp_rotation(rng.normal(0, 0.05, 3)), rng.normal(0, 20, 3), "base", "part")
-        np.testing.assert_allclose(
-            solve_minimax(pairs, start=start).T.apply(p), base.T.apply(p), rtol=0, atol=SAME_PLACE_MM
-        )
+        place = solve_minimax(pairs, start=start).T.apply(p)
+        np.testing.assert_allclose(place, base.T.apply(p), rtol=0, atol=SAME_PLACE_MM)

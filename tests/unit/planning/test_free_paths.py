@@ -47,14 +47,3 @@ def test_the_verdict_is_that_of_another_engine(cell, simple_plan, slow_margins, 
         else:
             assert judged[-1] <= ENGINES_MM
     assert {CollisionVerdict.FREE, CollisionVerdict.NOT_FREE} == set(verdicts)
-
-
-def test_a_few_random_states_between_the_points_have_the_margins_that_were_found(cell, simple_plan, slow_margins):
-    rng = np.random.default_rng(3)
-    found = check_path(simple_plan.q, simple_plan.s_mm, cell)
-    for row in rng.integers(0, len(found.s_mm), LOOKS).tolist():
-        i, part = row // 10, row % 10 / 10
-        state = simple_plan.q
-        joints = [q[i] + part * (q[min(i + 1, len(q) - 1)] - q[i]) for q in (state[:, :6], state[:, 6:])]
-        judged = slow_margins(cell, *joints, hulls=True)[0].min()
-        assert abs(judged - found.clearance.margin_mm[row]) < ENGINES_MM
