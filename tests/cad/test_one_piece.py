@@ -116,11 +116,23 @@ def test_a_clip_of_thin_sheet_is_a_member_and_a_case_that_an_arc_burns_through_i
     assert "it looks cast, moulded or milled" in str(looks_whole(clip.scale(0.4)))
 
 
-def test_the_corners_of_a_free_form_sheet_were_pressed_with_it() -> None:
-    graph = to_brep([("S", pressed_cup().solid().wrapped)])  # its edges are offset curves
+def tray() -> Any:
+    """Return a plate with a wavy rim as thick all round."""
+    cup = pressed_cup()
+    return cup - Pos(0, 0, 30) * Box(400, 400, 200, align=LOW)
+
+
+@pytest.mark.parametrize(
+    ("shape", "why"),
+    [
+        (pressed_cup(), "it is mostly free-form sheet: it looks pressed or moulded"),
+        (tray(), "it is of one thickness, with free-form sheet: it looks pressed or moulded"),
+    ],
+)
+def test_the_corners_of_a_free_form_sheet_were_pressed_with_it(shape: Any, why: str) -> None:
+    graph = to_brep([("S", shape.solid().wrapped)])  # its edges are offset curves
     assert not any(seam.accepted for seam in detect_seams(graph))
-    [(_, _, why)] = find_whole_solids(graph, TrimmedFaces.of(graph))
-    assert why == "it is mostly free-form sheet: it looks pressed or moulded"
+    assert [one[2] for one in find_whole_solids(graph, TrimmedFaces.of(graph))] == [why]
 
 
 def tongue() -> Any:

@@ -23,6 +23,7 @@ SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 than this share of its height."""
 DRAWN_SOLID_MM = 150.0  #: Plates are sold up to this thickness; what is thicker was a box, and was drawn solid.
 THICKEST_BAR_MM = 250.0  #: Bars are rolled, and boards are cut, up to this thickness.
+ONE_WALL = 0.1  #: Walls of a moulded tray differ by less than this share; sheets are sold in larger steps.
 THINNEST_MM = 1.2  #: An arc burns through sheet that is thinner than the usual wire.
 
 
@@ -126,6 +127,12 @@ class Decomposition:
         stock = (MemberKind.TUBE, MemberKind.ROUND, MemberKind.PROFILE)
         is_stock = any(one.is_slender or one.is_drawn_solid or one.kind in stock for one in self.members)
         return not is_stock and any(one.thickness_mm < THINNEST_MM for one in self.members)
+
+    @property
+    def is_of_one_wall(self) -> bool:
+        """Tell whether all members are about as thick."""
+        thick = [one.thickness_mm for one in self.members]
+        return max(thick, default=0.0) * (1.0 - ONE_WALL) <= min(thick, default=0.0)
 
     @property
     def is_stepped_plate(self) -> bool:

@@ -243,20 +243,27 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     """Tell why a solid looks pressed, moulded or printed with its corners, whatever explains it; None if it does not.
 
-    It is mostly free-form sheet, is too thin for an arc, or has many small and thin members.
+    It is mostly free-form sheet, or has free-form sheet and one thickness; is too thin for an arc, or has many small
+    and thin members.
     """
     found = members_of(graph, trimmed, solid)
-    sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
-    closed = graph.edge_faces[graph.is_seam_edge]  # a face that closes on itself is a bent tube
-    is_free = (graph.face_kind[sheets] == SurfaceKind.NURBS) & ~np.isin(sheets, closed)
-    if found.straight_share < LEAST_STRAIGHT and is_free.any():
+    if _has_free_form(graph, found) and found.straight_share < LEAST_STRAIGHT:
         return "it is mostly free-form sheet: it looks pressed or moulded"
+    if _has_free_form(graph, found) and found.is_of_one_wall:
+        return "it is of one thickness, with free-form sheet: it looks pressed or moulded"
     if found.is_moulded:
         return _walls(found)
     small = _count_small(found, screw_faces(graph, trimmed, solid))
     if small >= MANY_SMALL and small > SMALL_SHARE * len(found.members):
         return f"{small} of its {len(found.members)} members are below {SMALL_MM:g} mm: it looks moulded or printed"
     return _why_milled(graph, trimmed, solid, found)
+
+
+def _has_free_form(graph: BrepGraph, found: Decomposition) -> bool:
+    """Tell whether a formed sheet has a free-form face that does not close on itself, as those of bent tubes do."""
+    sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
+    closed = graph.edge_faces[graph.is_seam_edge]
+    return bool(((graph.face_kind[sheets] == SurfaceKind.NURBS) & ~np.isin(sheets, closed)).any())
 
 
 def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, found: Decomposition) -> str | None:
