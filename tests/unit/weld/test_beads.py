@@ -62,19 +62,16 @@ def test_a_fillet_of_three_passes_has_its_root_in_the_corner_and_two_beads_on_it
     assert first.y_mm == -second.y_mm < 0.0
     assert first.z_mm == pytest.approx(8.0 / math.sqrt(3.0))  # a third of the area is below
     assert (first.work_angle_deg, second.work_angle_deg) == (-22.5, 22.5)
+    third = place_beads(Section(8.0, 1.0), 6)[3:]  # the outer ones lean as much, however many are between them
+    assert [bead.work_angle_deg for bead in third] == pytest.approx([-22.5, 0.0, 22.5])
 
 
 def test_a_fillet_is_as_large_as_its_throat_or_its_leg():
     right = math.pi / 2
-    by_leg = section_of(
-        WeldValues(weld=WeldKind.FILLET, leg_mm=6.0), joint=JointType.TEE, weld=WeldType.FILLET, normals_rad=right
-    )
-    assert by_leg.area_mm2 == pytest.approx(18.0)
+    at = {"joint": JointType.TEE, "weld": WeldType.FILLET, "normals_rad": right}
+    assert section_of(WeldValues(weld=WeldKind.FILLET, leg_mm=6.0), **at).area_mm2 == pytest.approx(18.0)
     assert throat_of(WeldValues(leg_mm=6.0), right) == pytest.approx(6.0 / math.sqrt(2.0))
-    assert (
-        section_of(WeldValues(weld=WeldKind.FILLET), joint=JointType.TEE, weld=WeldType.FILLET, normals_rad=right)
-        is None
-    )
+    assert section_of(WeldValues(weld=WeldKind.FILLET), **at) is None
 
 
 def test_a_v_groove_begins_at_its_root_below_the_face_of_the_plates():
