@@ -8,9 +8,6 @@ PYTEST := $(BIN)/python -m pytest
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-# One more than two processors: tests often wait for a browser or a command in another process.
-WORKERS := 3
-
 .PHONY: demo test near check js other-pythons lowest attack same-answers deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
@@ -18,7 +15,7 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	$(BIN)/wpcal demo -o out
 
 test: $(VENV)/ready ## the tests of a push, 8 to 9 minutes (CONTRIBUTING.md); in CI no test may be skipped for a new reason
-	$(PYTEST) -n $(WORKERS) --dist loadfile -m "not deep" --durations=30 $(if $(CI),--assert-skips)
+	$(PYTEST) -n 2 --dist loadfile -m "not deep" --durations=30 $(if $(CI),--assert-skips)
 
 near: $(VENV)/ready ## the tests that your change can reach, with lint and types: about a minute
 	$(BIN)/python -m tests.near
