@@ -136,11 +136,11 @@ class Decomposition:
 
     @property
     def is_stepped_plate(self) -> bool:
-        """Tell whether there is nothing but parallel plates with a side in common: one plate, thinner in places."""
+        """Tell whether there is nothing but parallel plates, two with a side in common: one plate with steps."""
         if not self.are_parallel_plates:
             return False
         pairs = combinations([one.faces for one in self.members], 2)
-        return len(self.members) == 1 or any(one & other for one, other in pairs)
+        return any(one & other for one, other in pairs)
 
     @property
     def are_parallel_plates(self) -> bool:

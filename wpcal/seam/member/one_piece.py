@@ -270,9 +270,9 @@ def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, found: Deco
     """Tell why a solid looks milled or printed by its steps, pads and size; None if it does not."""
     if found.is_stepped_plate:
         return "it is one plate with steps or pads: it looks milled or printed"
-    corners = _inner_corners(graph, trimmed, solid)
+    corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid) if not found.is_inside(*faces)]
     is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) for one in found.members)
-    if is_flat and not any(found.is_joint(*faces) for *faces, _ in corners):
+    if is_flat and corners and not any(found.is_joint(*faces) for faces in corners):
         return "none of its inner corners is between two of its members: it looks milled or printed"
     low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
     size = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
