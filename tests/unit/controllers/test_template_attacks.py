@@ -91,6 +91,7 @@ ATTACKS = {
         "MOVC P001 V=10.0",
         "SET P001 P002",
         "CALL JOB:HOME IF IN#(1)=ON",
+        "MOVL {{ point }} {{ speed }} PL=8",
         "MSHIFT PX001 BF PX002 PX003",
     ),
     "as": (

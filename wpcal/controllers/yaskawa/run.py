@@ -10,6 +10,7 @@ References: Yaskawa, DX200 / YRC1000 INFORM Language (MOVJ, MOVL, MOVC, IMOV, SF
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable, Mapping
@@ -183,6 +184,7 @@ class Interpreter(LineInterpreter):
             raise ProgramError("robot 2 moves, too")
         if line.startswith("MOV"):
             self.machine.at = replace(self.machine.at, mark=self._mark(at + 1))
+        self.blend(math.inf if re.search(r" PL=[1-9]", line) else None)
         jump = self.matched(line, at)
         if led is not None:
             self._lead(self.place(led[1]))

@@ -49,7 +49,7 @@ def write_touch_inform(program: TouchProgram) -> dict[str, str]:
 class _InformTouches(TouchWriter):
     format, names, longest_comment, is_upper = "inform", NAMES, LONGEST_COMMENT, True
     inputs, outputs = Numbers(default=1, most=6), Numbers(default=1, most=4096)  # RIN#(6) is not on all controllers
-    first = f"{FIRST} PL=0"
+    first = FIRST
     frame_as_written = staticmethod(LANGUAGE.frame_as_written)
 
     def check(self) -> None:
@@ -63,7 +63,7 @@ class _InformTouches(TouchWriter):
 
     @property
     def air(self) -> str:
-        return f"{inform_speed(self.setup.air_speed_mm_s)} PL=0"
+        return inform_speed(self.setup.air_speed_mm_s)
 
     def files(self) -> dict[str, str]:
         setup, name, user, tool = self.setup.inform, self.name, self.setup.frame_number, self.controller.tool_number
