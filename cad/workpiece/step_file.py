@@ -16,6 +16,7 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, KernelNeededError,
 from wpcal.brep import BrepGraph
 from wpcal.brep.repeats import solid_copies
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.collector import give_memory_back
 from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes
 from wpcal.core.issue import Issue
@@ -121,6 +122,7 @@ class StepFile:
 
         with blamed_on(str(self.path)):
             graph = to_brep((solid.name, solid.shape) for solid in part.solids)
+        give_memory_back()  # what reading took
         graph = replace(graph, solid_facts=tuple(solid.facts for solid in part.solids))
         return PartContent(graph, part.unit, (*part.issues, *_size_issues(graph, part.unit)))
 

@@ -17,8 +17,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_629,
-    "lines of tests": 64_199,
+    "lines of wpcal and cad": 122_633,
+    "lines of tests": 64_212,
     "rooms": 19,
     "arrows between rooms": 85,
     "imported packages that pyproject.toml does not declare": 0,

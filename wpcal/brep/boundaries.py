@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from wpcal.brep.curves import edge_polylines
@@ -16,21 +14,10 @@ SAME_VERTEX_MM = 1e-6  #: Ends this near to each other are one vertex: ten times
 MOST_POINTS = 50_000  #: Points projected in one array: about 20 MB.
 
 
-class Pieces(NamedTuple):
-    """Pieces of boundary, sorted by face; the fields are those of `trim.TrimmedFaces`."""
-
-    start: IntArray
-    uv0: FloatArray
-    uv1: FloatArray
-    p0: FloatArray
-    p1: FloatArray
-    piece_edge: IntArray
-    t0: FloatArray
-    t1: FloatArray
-
-
-def sample_boundaries(graph: BrepGraph) -> Pieces:
-    """Sample the boundaries of all faces of `graph`; the face is to the left of each piece."""
+def sample_boundaries(
+    graph: BrepGraph,
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, IntArray, FloatArray, FloatArray]:
+    """Sample the boundaries of all faces of `graph`; the arrays of `trim.TrimmedFaces`, in their order."""
     used = ~graph.is_seam_edge[graph.coedge_edge] & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)
     order = np.flatnonzero(used)[np.argsort(graph.coedge_face[used], kind="stable")]
     face, edge, forward = graph.coedge_face[order], graph.coedge_edge[order], graph.coedge_forward[order]
@@ -51,7 +38,7 @@ def sample_boundaries(graph: BrepGraph) -> Pieces:
     swap = graph.face_outward[of_face] < 0  # left seen from outside is right seen along the surface's own normal
     uv0[swap], uv1[swap] = uv1[swap], uv0[swap].copy()
     face_start = np.searchsorted(of_face, np.arange(graph.face_count + 1))
-    return Pieces(face_start, uv0, uv1, p0, p1, edge[coedge], t[first], t[second])
+    return face_start, uv0, uv1, p0, p1, edge[coedge], t[first], t[second]
 
 
 def _parameters(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray:

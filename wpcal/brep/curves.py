@@ -27,6 +27,8 @@ def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[Fl
     """
     e, t = np.asarray(edges, dtype=np.int64), np.asarray(t, dtype=np.float64)
     kind = graph.edge_kind[e]
+    if len(e) and (kind == CurveKind.NURBS).all():
+        return graph.curve_set.evaluate(graph.edge_nurbs[e], t)
     o, x, y = graph.edge_frame[e, 0], graph.edge_frame[e, 1], graph.edge_frame[e, 2]
     ab = graph.edge_param[e]
     is_line = (kind == CurveKind.LINE)[:, None]

@@ -43,6 +43,8 @@ def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, I
         nurbs_curves=(*graph.nurbs_curves, *curves),
         edge_ball_mm=np.append(graph.balls_mm, [edge.ball_mm for edge in edges]),
     )
+    kept = {name: table for name, table in vars(graph).items() if name in ("nearest_on_nurbs", "nurbs_cells")}
+    vars(wider).update(kept)  # what was computed for the surfaces
     return wider, np.arange(graph.edge_count, graph.edge_count + n)
 
 

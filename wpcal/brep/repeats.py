@@ -177,7 +177,10 @@ def _are_same_curve(a: NurbsCurve, b: NurbsCurve, shift: FloatArray) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Firsts:
-    """A graph without the faces and edges of copies. Solids and vertices are all there, with their numbers."""
+    """A graph without the faces and edges of copies. Solids and vertices are all there, with their numbers.
+
+    So are free-form surfaces and curves, with what was computed for them.
+    """
 
     graph: BrepGraph
     #: `faces`, `edges`: The number of each face and edge in the whole graph.
@@ -188,40 +191,30 @@ class Firsts:
     def of(cls, whole: BrepGraph, copies: tuple[Copy, ...]) -> Firsts:
         """Leave out the copies of a graph."""
         keeps_face, keeps_edge = np.ones(whole.face_count, dtype=bool), np.ones(whole.edge_count, dtype=bool)
-        keeps_coedge = np.ones(len(whole.coedge_face), dtype=bool)
         for copy in copies:
             keeps_face[copy.group.faces] = False
             keeps_edge[copy.group.edges] = False
-            keeps_coedge[copy.group.coedges] = False
-        surfaces, face_nurbs = _kept(whole.face_nurbs[keeps_face])
-        curves, edge_nurbs = _kept(whole.edge_nurbs[keeps_edge])
+        keeps_coedge = keeps_face[whole.coedge_face]
         columns = {
             f"face_{name}": getattr(whole, f"face_{name}")[keeps_face]
-            for name in ("solid", "kind", "frame", "param", "outward")
+            for name in ("solid", "kind", "frame", "param", "outward", "nurbs")
         }
         columns |= {
             f"edge_{name}": getattr(whole, f"edge_{name}")[keeps_edge]
-            for name in ("kind", "frame", "param", "range", "vertices")
+            for name in ("kind", "frame", "param", "range", "vertices", "nurbs")
         }
         graph = replace(
             whole,
             **columns,
-            face_nurbs=face_nurbs,
-            edge_nurbs=edge_nurbs,
             coedge_face=_renumbered(keeps_face)[whole.coedge_face[keeps_coedge]],
             coedge_edge=_renumbered(keeps_edge)[whole.coedge_edge[keeps_coedge]],
             coedge_forward=whole.coedge_forward[keeps_coedge],
-            nurbs_surfaces=tuple(whole.nurbs_surfaces[i] for i in surfaces.tolist()),
-            nurbs_curves=tuple(whole.nurbs_curves[i] for i in curves.tolist()),
             edge_ball_mm=None if whole.edge_ball_mm is None else whole.edge_ball_mm[keeps_edge],
         )
+        tables = ("curve_set",) * bool(whole.nurbs_curves)
+        tables += ("nearest_on_nurbs", "nurbs_cells") * bool(whole.nurbs_surfaces)
+        vars(graph).update({name: getattr(whole, name) for name in tables})
         return cls(graph, np.flatnonzero(keeps_face), np.flatnonzero(keeps_edge))
-
-
-def _kept(index: IntArray) -> tuple[IntArray, IntArray]:
-    """Return which curves or surfaces are used, and the index of each row among these."""
-    used = np.unique(index[index >= 0])
-    return used, np.where(index < 0, -1, np.searchsorted(used, index))
 
 
 def _renumbered(keeps: BoolArray) -> IntArray:

@@ -167,9 +167,8 @@ class _Surfaces:
         at_v, y = self.v.locate(surface, uv[:, 1])
         width = self.v.start[surface + 1] - self.v.start[surface]
         patch = self.start[surface] + (at_u - self.u.start[surface]) * width + at_v - self.v.start[surface]
-        along_v, slope_u = _horner(self.coefficients[patch], x)
-        h, dh_v = _horner(along_v, y)
-        dh_u = _horner(slope_u, y)[0]
+        both, slopes = _horner(np.stack(_horner(self.coefficients[patch], x), axis=2), y)
+        (h, dh_u), dh_v = np.moveaxis(both, 1, 0), slopes[:, 0]
         p, du, dv = _divided(h, dh_u / self.u.width[at_u, None], dh_v / self.v.width[at_v, None])
         return p, du, dv
 

@@ -35,7 +35,7 @@ MOST_END_SHARE = 0.5
 ACROSS_COS = 0.7
 """The run goes along the thickness of the plate if the cosine between the two is above this (45 degrees): plates lean,
 and are cut at an angle."""
-PLACES = (1.0, 2.0)  #: Where along the long seam the thickness is felt: from its end, in lengths of the run.
+PLACES = np.array([1.0, 2.0])  #: Where along the long seam the thickness is felt: from its end, in lengths of the run.
 INSIDE, OUTSIDE = 0.5, 1.25
 """How deep behind the long seam there is material, and none any more, in lengths of the run."""
 LEAST_TURN = 0.35
@@ -99,49 +99,52 @@ def _is_across_a_plate(
 ) -> BoolArray:
     """Tell in which pairs the short seam is as long as the plate is thick along the long one; shape (k,)."""
     fits = np.zeros(len(short), dtype=bool)
-    points, owner, solids = [], [], []
-    for pair, (row, other, side) in enumerate(zip(short.tolist(), beside.tolist(), end.tolist(), strict=True)):
-        across = seams[row].frames.p[-1] - seams[row].frames.p[0]
-        across = across / max(float(np.linalg.norm(across)), LEAST_CANDIDATE_MM)
-        for inward, up in _views(graph, seams[other], side, seams[row].length_mm, across):
-            depth = np.array([[INSIDE, LOW], [OUTSIDE, LOW], [INSIDE, HIGH]]) * seams[row].length_mm
-            p = inward[0][:, None] + depth[:, :1] * inward[1][:, None] + depth[:, 1:] * up[:, None]
-            points.append(p)
-            owner.append(pair)
-            solids.append([graph.solid_names.index(name) for name in seams[row].solids[:2]])
-    if not points:
+    if len(short) == 0:
         return fits
-    q = np.array(points)  # view, place, probe, xyz
-    inside = np.zeros((2, *q.shape[:3]), dtype=bool)  # of either solid
+    length = np.array([seam.length_mm for seam in seams])
+    pair, p, inward, up = _views(graph, seams, short, beside, end, length)
+    depth = np.array([[INSIDE, LOW], [OUTSIDE, LOW], [INSIDE, HIGH]]) * length[short][pair, None, None]
+    depth = depth[:, None, ..., None]
+    q = p[:, :, None] + depth[..., 0, :] * inward[:, :, None] + depth[..., 1, :] * up[:, :, None]
     point, solid = find_solids_around(ExactMaterial(graph, trimmed), q.reshape(-1, 3))
-    for at, number in zip(point.tolist(), solid.tolist(), strict=True):
-        view, place, probe = np.unravel_index(at, q.shape[:3])
-        if number in solids[view]:
-            inside[solids[view].index(number), view, place, probe] = True
+    number = {name: solid for solid, name in enumerate(graph.solid_names)}
+    own = np.array([[number[name] for name in (seams[row].solids * 2)[:2]] for row in short.tolist()])[pair]
+    inside = np.zeros((2, *q.shape[:3]), dtype=bool)  # of either solid
+    for k in (0, 1):
+        inside[k].ravel()[point[own[point // (q.shape[1] * q.shape[2]), k] == solid]] = True
     holds = (inside[..., 0] & ~inside[..., 1] & inside[..., 2]).all(axis=2).any(axis=0)
-    fits[np.array(owner)[holds]] = True
+    fits[pair[holds]] = True
     return fits
 
 
 def _views(
-    graph: BrepGraph, seam: Seam, end: int, size_mm: float, across: FloatArray
-) -> list[tuple[tuple[FloatArray, FloatArray], FloatArray]]:
-    """Return how a plate may stand along a seam: places, directions into it, and up along it; arrays (places, 3).
+    graph: BrepGraph, seams: Sequence[Seam], short: IntArray, beside: IntArray, end: IntArray, length: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """Return how plates may stand along seams: the pairs, shape (v,), places, directions into them, and up along them.
 
-    Either face of the joint may be that of the plate. Where both face the same way, as in a butt joint, the plate lies
-    on either side.
+    The last three have the shape (v, places, 3). Either face of the joint may be that of the plate. Where both face the
+    same way, as in a butt joint, the plate lies on either side.
     """
-    s = np.minimum(np.array(PLACES) * size_mm, seam.length_mm / 2)
-    row, t = places_at(graph, Runs.of([seam.pieces]), 0, seam.length_mm - s if end == 1 else s)
-    if (seam.pieces.wall[row] < 0).any() or (seam.pieces.base[row] < 0).any():
-        return []
-    p, slope = evaluate_edges(graph, seam.pieces.edge[row], t)
-    normals = [project_to_faces(graph, face[row], p).normal for face in (seam.pieces.wall, seam.pieces.base)]
-    views = []
-    for own, other in (normals, normals[::-1]):
-        up = other - np.einsum("ki,ki->k", other, own)[:, None] * own
-        length, side = np.linalg.norm(up, axis=1, keepdims=True), np.cross(own, slope)
-        side /= np.linalg.norm(side, axis=1, keepdims=True)
-        ways = [(-own, up / length)] if (length > LEAST_TURN).all() else [(-own, side), (-own, -side)]
-        views += [((p, inward), up) for inward, up in ways if (np.abs(inward @ across) >= ACROSS_COS).all()]
-    return views
+    long, run = np.unique(beside, return_inverse=True)
+    runs, total = Runs.of([seams[row].pieces for row in long.tolist()]), length[beside][:, None]
+    s = np.minimum(PLACES * length[short][:, None], total / 2)
+    s = np.where(end[:, None] == 1, total - s, s)
+    row, t = places_at(graph, runs, np.repeat(run, len(PLACES)), s.ravel())
+    pieces, shape = runs.pieces, (-1, len(PLACES), 3)
+    across = np.array([seams[one].frames.p[-1] - seams[one].frames.p[0] for one in short.tolist()])
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), LEAST_CANDIDATE_MM)
+    pair = np.flatnonzero(((pieces.wall[row] >= 0) & (pieces.base[row] >= 0)).reshape(s.shape).all(axis=1))
+    kept = (pair[:, None] * len(PLACES) + np.arange(len(PLACES))).ravel()
+    p, slope = evaluate_edges(graph, pieces.edge[row[kept]], t[kept])
+    normals = [project_to_faces(graph, face[row[kept]], p).normal for face in (pieces.wall, pieces.base)]
+    own, other = np.concatenate(normals), np.concatenate(normals[::-1])
+    up = other - np.einsum("ki,ki->k", other, own)[:, None] * own
+    turn, side = np.linalg.norm(up, axis=1, keepdims=True), np.cross(own, np.tile(slope, (2, 1)))
+    turns = (turn > LEAST_TURN).reshape(-1, len(PLACES)).all(axis=1)
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    up = np.where(turns[:, None, None], (up / np.maximum(turn, LEAST_TURN)).reshape(shape), side.reshape(shape))
+    pair, p, inward = np.tile(pair, 2), np.tile(p, (2, 1)).reshape(shape), -own.reshape(shape)
+    is_across = (np.abs(np.einsum("kpi,ki->kp", inward, across[pair])) >= ACROSS_COS).all(axis=1)
+    one, back = np.flatnonzero(is_across), np.flatnonzero(is_across & ~turns)
+    rows = np.concatenate([one, back])
+    return pair[rows], p[rows], inward[rows], np.concatenate([up[one], -up[back]])
