@@ -182,13 +182,17 @@ class Interpreter(LineInterpreter):
         led = LED.search(line)
         if led is not None and self.leader is None:
             raise ProgramError("robot 2 moves, too")
-        if line.startswith("MOV"):
-            self.machine.at = replace(self.machine.at, mark=self._mark(at + 1))
-        self.blend(math.inf if re.search(r" PL=[1-9]", line) else None)
+        self._begin(line, at)
         jump = self.matched(line, at)
         if led is not None:
             self._lead(self.place(led[1]))
         return jump
+
+    def _begin(self, line: str, at: int) -> None:
+        """Keep at which mark a move waits, and whether it goes on into the next one without a stop at its point."""
+        if line.startswith("MOV"):
+            self.machine.at = replace(self.machine.at, mark=self._mark(at + 1))
+        self.blend(math.inf if re.search(r" PL=[1-9]", line) else None)
 
     def _mark(self, at: int) -> str:
         """Return the number at which this job then waits for the other one; empty without one."""
