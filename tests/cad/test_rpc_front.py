@@ -110,6 +110,8 @@ def test_a_request_that_stops_was_cancelled_and_keeps_its_worker(workers: Simple
     session, worker = begun(workers)
     session.ask(2, "cancel", id=1)
     session.ask(3, "cancel", id=1)
+    session.ask(4, "hello")  # is answered at once, after both were read
+    assert session.hear()["id"] == 4
     assert worker.told.get(timeout=SOON_S) == {"cancel": 1}
     worker.say(CANCELLED, REFUSED)
     assert session.hear() == REFUSED

@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 122_637,
-    "lines of tests": 64_212,
+    "lines of tests": 64_214,
     "rooms": 19,
     "arrows between rooms": 85,
     "imported packages that pyproject.toml does not declare": 0,
