@@ -11,7 +11,7 @@ from cad.rpc.types import METHODS, answer_schema, method_type
 from wpcal.core.errors import FormatError
 from wpcal.core.printable import printable
 from wpcal.core.record_check import check_complete
-from wpcal.records import schema
+from wpcal.core.record_types import schema
 
 HANDLE = "handle"
 ANSWER = "answer"  #: The schema of every line that is sent; the others are those of methods.

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from wpcal.records.parts import Count, D, Matrix, Maybe, Open, Record, Rotation, Text, Vector, inlined
-from wpcal.records.schema import DRAFT
+from wpcal.core.record_types.parts import Count, D, Matrix, Maybe, Open, Record, Rotation, Text, Vector, inlined
+from wpcal.core.record_types.schema import DRAFT
 
 Handle = Annotated[str, D("Handle of an opened part, from the method open.")]
 Given = Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]

@@ -13,7 +13,7 @@ from tests.saddle import CELLS
 from wpcal.core.ladder import cheapest_way
 from wpcal.core.same_bits import arc_tangent, first_least, inverse_pose, product, ranked, sine_cosine, solve
 from wpcal.core.tangent import exp_rotation
-from wpcal.optim.banded import solve_chain
+from wpcal.planning.plan.banded import solve_chain
 from wpcal.planning.sequence.seam_search import steps_of_branch
 
 PROCESSORS = (

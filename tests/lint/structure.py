@@ -19,11 +19,11 @@ ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 122_637,
     "lines of tests": 64_214,
-    "rooms": 19,
-    "arrows between rooms": 85,
+    "rooms": 18,
+    "arrows between rooms": 80,
     "imported packages that pyproject.toml does not declare": 0,
     "functions and classes of one name in several files": 8,
-    "functions of more than 60 lines": 1,
+    "functions of more than 60 lines": 0,
     "functions with more than 6 parameters": 40,
     "functions with more than 10 branches, per thousand": 20,
 }
@@ -121,7 +121,7 @@ def homes_of_names() -> dict[str, list[Path]]:
     """
     found = defaultdict(list)
     for path, (tree, *_) in nodes().items():
-        if path.is_relative_to(ROOT / "cad" / "freecad") or path.parent.name in ("cli", "rpc", "records"):
+        if path.is_relative_to(ROOT / "cad" / "freecad") or path.parent.name in ("cli", "rpc", "record_types"):
             continue
         for node in tree.body:
             is_named = isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name not in OFTEN

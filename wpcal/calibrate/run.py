@@ -119,14 +119,12 @@ def calibrate(
     fit = fit_by(criterion or (Criterion.WEIGHTED if problem.has_covariances else Criterion.LEAST_SQUARES))
     points = _paired(observed, fit.T).p_source if given is None else given
     criteria, found, distrusted = _assess(problem, fit_by, fit, points, body_of or {})
-    if criterion is None and criteria is not None:
-        fit = fit_by(criteria.least)
-    pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
+    fit = fit if criterion or criteria is None else fit_by(criteria.least)
+    pairs, checked = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     scale, found = _scale(problem, fit, found)
     if scale is not None and scale.is_found and model.scale_error is None:
         fit = replace(fit, budget=replace(fit.budget, scale=math.hypot(scale.scale, 0.5 * scale.error_95)))
-    if silent is not None:
-        found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
+    found = found if silent is None else replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does
         model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
         fit = replace(fit, budget=replace(fit.budget, tool=model.tool_covariance))
@@ -134,7 +132,7 @@ def calibrate(
         problem=problem,
         fit=fit,
         residuals=problem.judge_residuals(fit, check),
-        check=check_pairs,
+        check=checked,
         issues=found.issues,
         distrusted=distrusted,
         tolerance_mm=tolerance_mm,
@@ -142,10 +140,9 @@ def calibrate(
         seam_names=tuple(seam_names),
         remedy=_remedy(fit_by(criteria.least), fit, points, tolerance_mm, problem.word) if criteria else "",
     )
-    exceeding = verdict_issues(pairs, check_pairs, fit.T, tolerance_mm)
     return CalibrationResult(
         pairs=pairs,
-        check=check_pairs,
+        check=checked,
         T_base_part=fit.T,
         T_nominal_part=nominal,
         T_base_nominal=fit.T @ nominal.inverse(),
@@ -159,7 +156,7 @@ def calibrate(
         judgement=judge_evidence(judged, suggest=suggest),
         solver=report,
         criteria=criteria,
-        issues=(*found.issues, *exceeding, *bias_advice(problem.teaching)),
+        issues=(*found.issues, *verdict_issues(pairs, checked, fit.T, tolerance_mm), *bias_advice(problem.teaching)),
         tolerance_mm=tolerance_mm,
         seams=_by_seam(points, seam_names),
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
@@ -193,10 +190,8 @@ def _scale(problem: FitProblem, fit: CriterionFit, found: Diagnosis) -> tuple[Sc
 
 def _remedy(other: CriterionFit, fit: CriterionFit, points: FloatArray, tolerance_mm: float, word: str) -> str:
     """Say that another criterion has the seams within the tolerance, or nothing."""
-    if other.criterion is fit.criterion:
-        return ""
-    error = other.budget.joint_errors(other.T.apply(points)).error_95_mm
-    if error > tolerance_mm:
+    errors = other.budget.joint_errors(other.T.apply(points))
+    if other.criterion is fit.criterion or (error := errors.error_95_mm) > tolerance_mm:
         return ""
     return f"--criterion {other.criterion.value} predicts {error:.3g} mm from the same {plural(word)}"
 

@@ -65,7 +65,7 @@ def touchup(
     from wpcal.cli.outputs import require_new, typed_options
     from wpcal.controllers.touchup.pooled import earlier_touch_ups, proposals
     from wpcal.controllers.touchup.poses import read_program
-    from wpcal.controllers.touchup.record import sentences, touch_up_record
+    from wpcal.controllers.touchup.record import touch_up_record
     from wpcal.controllers.touchup.rewrite import moved_text, without_claim
     from wpcal.controllers.touchup.study import TouchUp
     from wpcal.controllers.touchup.swept import NOT_SEEN, faults_of
@@ -91,13 +91,14 @@ def touchup(
         click.echo(to_json(record), nl=False)
     else:
         _show(found)
-        for sentence in (*sentences(found), *record["proposals"], *record["not_free"]):
+        for sentence in (*record["sentences"], *record["proposals"], *record["not_free"]):
             click.echo(sentence)
     if html is not None:
         from wpcal.pages.touchup import build_touch_up_page
 
         words = [str(program), *typed_options(ctx, without={"out", "html", "force", "as_json", "set_aside"})]
-        page = build_touch_up_page(found, f"Touch-up of {program.name}", ["wpcal", "touchup", *words])
+        seams = {seam.name: seam.frames.p for seam in found.part.seams}
+        page = build_touch_up_page(record, seams, f"Touch-up of {program.name}", ["wpcal", "touchup", *words])
         write_file(html, page, overwrite=force)
         click.echo(f"wrote {html}", err=as_json)
     if out is not None:

@@ -142,7 +142,7 @@ def welds(
     from wpcal.core.wording import listed
     from wpcal.results.folder import read_finished, read_record
     from wpcal.weld.find import find_welds
-    from wpcal.weld.record import welds_record
+    from wpcal.weld.record import OWN_FILES, welds_record
     from wpcal.weld.rules import shipped_text
     from wpcal.weld.xmcf.write import xmcf_text
 
@@ -168,7 +168,9 @@ def welds(
         command = ["wpcal", "welds", str(folder), "-o", str(output or "welds.json"), *rules.words(), *selection.words()]
         plain = find(stated=[replace(one, user={}) for one in stated.welds])
         ruled = welds_record(plain.welds, (), table)
-        page = build_welds_page(record, ruled, chosen, folder=folder.name or str(folder), command=command)
+        page = build_welds_page(
+            record, ruled, chosen, folder=folder.name or str(folder), found_again=OWN_FILES, command=command
+        )
         written.append((html, page))
     if write_rules is not None:
         written.append((write_rules, shipped_text()))

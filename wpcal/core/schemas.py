@@ -1,6 +1,6 @@
 """The JSON Schema of every record that wpcal writes, found by the name that the record states.
 
-Schemas (draft 2020-12) are generated from the types of `wpcal.records`. Records are read with them, too
+Schemas (draft 2020-12) are generated from the types of `wpcal.core.record_types`. Records are read with them, too
 (`wpcal.core.record_check`); readers are in every layer, so this module is in the lowest.
 """
 
@@ -12,7 +12,7 @@ from importlib import resources
 from typing import Any
 
 from wpcal.core.errors import InputError
-from wpcal.records import RECORDS
+from wpcal.core.record_types import RECORDS
 
 
 def schema_names() -> list[str]:
@@ -39,7 +39,7 @@ def has_schema(name: str) -> bool:
 @cache
 def schema(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a record, for example of ``wpcal/seams/1``; errors as `schema_file`."""
-    from wpcal.records.schema import schema_of, type_at
+    from wpcal.core.record_types.schema import schema_of, type_at
 
     schema_file(name)
     _, kind, version = name.split("/")
@@ -51,7 +51,7 @@ def schema(name: str) -> dict[str, Any]:
 @cache
 def _examples() -> dict[str, Any]:
     """Return examples of records, by their names."""
-    text = resources.files("wpcal.records").joinpath("examples.json").read_text(encoding="utf-8")
+    text = resources.files("wpcal.core.record_types").joinpath("examples.json").read_text(encoding="utf-8")
     found: dict[str, Any] = json.loads(text)
     return found
 

@@ -17,8 +17,6 @@ from wpcal.core.schemas import schema_text
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import PLACE_DIGITS, TURN_DIGITS
 from wpcal.results.folder import FinishedCalibration
-from wpcal.weld.record import OWN_FILES, WELDS_SCHEMA
-from wpcal.weld.values import VALUE_NAMES
 
 BODY = """
 <main id="page"></main>
@@ -46,10 +44,12 @@ def build_welds_page(
     chosen: FinishedCalibration,
     *,
     folder: str,
+    found_again: Sequence[str],
     command: Sequence[str],
 ) -> str:
     """Return the page that shows and edits weld data, in the part's own frame.
 
+    `found_again`: Files whose values are read anew by the command, and are not in what is saved.
     Returns: A self-contained HTML file, the same for the same record.
     """
     by_name = {seam.name: seam for seam in chosen.seams}
@@ -69,8 +69,8 @@ def build_welds_page(
         "head": {key: record[key] for key in ("schema", "units", "rules")},
         "welds": entries,
         "without_seam": record["without_seam"],
-        "found_again": list(OWN_FILES),
-        "fields": value_fields(),
+        "found_again": list(found_again),
+        "fields": value_fields(record["schema"]),
     }
     blobs = {"lines": json_blob(lines)}
     if chosen.part_glb is not None:
@@ -78,14 +78,14 @@ def build_welds_page(
     return build_page(title=f"Welds of {folder}", entry="welds", body=BODY, data=data, blobs=blobs)
 
 
-def value_fields() -> list[dict[str, Any]]:
+def value_fields(of: str) -> list[dict[str, Any]]:
     """Return what can be typed for every value: its group, unit, meaning and limits, as the schema has them."""
-    schema = json.loads(schema_text(WELDS_SCHEMA))
+    schema = json.loads(schema_text(of))
     definitions = schema["$defs"]
     properties = definitions["Values"]["properties"]
     group_of = {name: group for group, names in GROUPS.items() for name in names}
     found = []
-    for name in sorted(VALUE_NAMES, key=[*group_of].index):
+    for name in sorted(properties, key=[*group_of].index):
         own = _stated(properties[name])
         inner = definitions[own["$ref"].rpartition("/")[2]] if "$ref" in own else None
         parts = (

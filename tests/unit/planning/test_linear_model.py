@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from wpcal.optim.banded import damped_step
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, YAW, joints_along
+from wpcal.planning.plan.banded import damped_step
 from wpcal.planning.search.objectives import MOTION, OBJECTIVE_NAMES, OBJECTIVES, POSITION, TORCH
 from wpcal.planning.search.problem import CandidatePath
 from wpcal.planning.search.refine import linearise, refine_path

@@ -7,8 +7,8 @@ import pytest
 
 from tests.one_robot_cells import TEE, fixed_cell
 from wpcal.controllers.program.planned_program import build_planned_program
-from wpcal.optim.banded import damped_step
 from wpcal.planning.cell.cell_clearance import CellClearance
+from wpcal.planning.plan.banded import damped_step
 from wpcal.planning.sequence.kept_plan import KeptPlan
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.seam_search import SeamSearch

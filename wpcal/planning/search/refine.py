@@ -2,8 +2,8 @@
 
 The weighted sum of the squared objectives is minimised over the nine coordinates of every point. Only neighbouring
 points share a residual (the joint steps), so the normal equations are banded and one step of Levenberg-Marquardt costs
-about as much as the inverse kinematics of the path. Limits and clearance enter as squares of the excess over
-them. Which limits count is decided again in every step, by the state after it. The loop is `wpcal.optim.banded`.
+about as much as the inverse kinematics of the path. Limits and clearance enter as squares of the excess over them.
+Which limits count is decided again in every step, by the state after it. The loop is `wpcal.planning.plan.banded`.
 
 Also here: the least-squares problem around a path: residuals, excess over its limits, and all derivatives.
 
@@ -16,11 +16,11 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
-from wpcal.optim.banded import LinearModel, descend
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, joint_slopes, joints_along
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity
+from wpcal.planning.plan.banded import LinearModel, descend
 from wpcal.planning.search.objectives import ATTITUDE, Weights, deviation_weights, deviations, joint_step_weight
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import product
-from wpcal.optim.banded import LinearModel, descend
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity
+from wpcal.planning.plan.banded import LinearModel, descend
 from wpcal.planning.sequence.external import values_along
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import Candidate

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import D, Maybe, NotNegative, Open, Positive, Record, Six, TorchShape, Vector
+from wpcal.core.record_types.parts import D, Maybe, NotNegative, Open, Positive, Record, Six, TorchShape, Vector
 
 
 class Frame(Open):

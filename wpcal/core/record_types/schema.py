@@ -1,4 +1,4 @@
-"""JSON Schema from the types of records (`wpcal.records`)."""
+"""JSON Schema from the types of records (`wpcal.core.record_types`)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from wpcal.records.parts import inlined
+from wpcal.core.record_types.parts import inlined
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import (
+from wpcal.core.record_types.parts import (
     D,
     FeatureOfPart,
     Maybe,
@@ -17,7 +17,7 @@ from wpcal.records.parts import (
     Units,
     Vector,
 )
-from wpcal.records.robots import Arm
+from wpcal.core.record_types.robots import Arm
 
 
 class Set(Record):

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import (
+from wpcal.core.record_types.parts import (
     Count,
     D,
     Matrix,

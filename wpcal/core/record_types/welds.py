@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import D, Maybe, NotNegative, Number, Pair, Record, Text, Vector
-from wpcal.records.plans import Units
+from wpcal.core.record_types.parts import D, Maybe, NotNegative, Number, Pair, Record, Text, Vector
+from wpcal.core.record_types.plans import Units
 
 
 class Place(Record):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Place, Record, Sha256, Share, Vector
+from wpcal.core.record_types.parts import Count, D, Maybe, NotNegative, Number, Place, Record, Sha256, Share, Vector
 
 
 class Worst(Record):

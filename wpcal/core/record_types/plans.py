@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from wpcal.records.cells import Issue
-from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Pair, Place, Positive, Record, Six
+from wpcal.core.record_types.cells import Issue
+from wpcal.core.record_types.parts import Count, D, Maybe, NotNegative, Number, Pair, Place, Positive, Record, Six
 
 AT_LIMIT = D("The joint that reaches its speed limit first; null if no arm states joint speeds.")
 TIP = D("The tip of the wire in the part between the points of the weld, where both controllers interpolate joints.")
