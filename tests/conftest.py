@@ -4,6 +4,7 @@ Hypothesis tries the same examples at every run in CI, and new ones elsewhere. E
 writes as JSON must follow the schema it names. There is one browser.
 """
 
+import atexit
 import gc
 import os
 import shutil
@@ -67,14 +68,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_finish() -> None:
-    gc.freeze()
+    gc.freeze()  # at its end, pytest looks through the garbage of the tests only
+    atexit.register(gc.unfreeze)  # some extension modules complain of what they still hold when the process ends
     gc.enable()
     collect_rarely()
-
-
-@pytest.hookimpl(trylast=True)  # pytest looks through the garbage of the tests only
-def pytest_unconfigure() -> None:
-    gc.unfreeze()  # some extension modules complain of what they still hold when the process ends
 
 
 @pytest.hookimpl(trylast=True)
