@@ -167,7 +167,7 @@ def test_what_is_no_result_and_inputs_that_are_nowhere_are_one_line() -> None:
     Path("empty").mkdir()
     cases = {
         ("absent",): "absent: no such folder",
-        ("tee.step",): "tee.step: no such folder",
+        ("tee.step",): "tee.step: is not a folder",
         ("empty",): "empty: holds no results of wpcal calibrate or wpcal batch",
         ("out", "--inputs", "nowhere"): "--inputs nowhere: no such file or folder",
     }

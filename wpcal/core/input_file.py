@@ -155,6 +155,12 @@ def holds_file(folder: Path, name: str) -> bool:
         return False
 
 
+def require_folder(path: Path, expected: str) -> None:
+    """Raise `InputError` unless there is a folder; `expected` says what it should hold."""
+    if not path.is_dir():
+        raise InputError(f"{path}: {'is not a' if path.exists() else 'no such'} folder; expected {expected}")
+
+
 def is_same_file(one: Path, other: Path) -> bool:
     """Tell whether two paths lead to one file that is there."""
     return one.exists() and other.exists() and one.samefile(other)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 from wpcal.brep.moved_mesh import moved_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
-from wpcal.core.input_file import holds_file, read_bytes, sha256_of
+from wpcal.core.input_file import holds_file, read_bytes, require_folder, sha256_of
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json
 from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA, JOB_FILE, JOB_SCHEMA, PART_FILE, SEAMS_FILE
@@ -85,10 +86,13 @@ class FinishedCalibration:
 def read_record(folder: Path, name: str) -> dict[str, Any]:
     """Read one record of a result folder.
 
-    Raises `InputError` when the file cannot be opened.
+    Raises `InputError` when the folder or the file is not there, or cannot be opened.
     Raises `FormatError` when it is not a record of its schema, or lacks a field that every such record has.
     """
-    schema = RECORD_SCHEMAS[name]
+    schema, expected = RECORD_SCHEMAS[name], "the folder of a finished calibration or of a plan of touches"
+    require_folder(folder, expected)
+    if not os.path.lexists(folder / name):
+        raise InputError(f"{folder}: holds no {name}; expected {expected}")
     record = read_json(folder / name, schema=schema)
     missing = [field for field in required_fields(schema) if field not in record]
     if missing:
@@ -106,10 +110,6 @@ def read_result_folder(folder: Path, *, is_compared: bool = True) -> ResultFolde
     Raises `FrameError` when the seams are not in `base`.
     Raises `FormatError` when a file breaks its format, was changed, or is not from the same calibration as the others.
     """
-    if not folder.is_dir():
-        raise InputError(
-            f"{folder}: no such folder; expected the folder of a finished calibration or of a plan of touches"
-        )
     calibration, seams = (read_record(folder, name) for name in RECORD_SCHEMAS)
     note = require_as_written(folder, also=calibration.get("files", ())) if is_compared else None
     T_base_part = agreed_pose(calibration, seams, path=folder / SEAMS_FILE)

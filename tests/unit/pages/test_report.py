@@ -109,7 +109,7 @@ def odd_seams(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "kind", "message"),
     [
-        (remove_seams, InputError, "seams.json: no such file"),
+        (remove_seams, InputError, "holds no seams.json"),
         (break_mesh, FormatError, "part.glb"),
         (other_frame, FrameError, "frame 'base'"),
         (other_pose, FormatError, "two calibrations"),

@@ -70,9 +70,11 @@ def test_a_file_of_another_run_is_refused(finished_folder, name):
     require_as_written(folder, also=[name])
 
 
-def test_a_folder_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no such folder"):
-        read_finished(tmp_path / "none")
+@pytest.mark.parametrize(("name", "what"), [("none", "no such folder"), ("a", "is not a folder"), (".", "holds no c")])
+def test_what_is_not_the_folder_of_a_result_is_refused(tmp_path, name, what):
+    (tmp_path / "a").touch()
+    with pytest.raises(InputError, match=f"{what}.*; expected the folder of a finished calibration"):
+        read_finished(tmp_path / name)
 
 
 def test_approach_and_retract_stand_back_along_the_wire_and_the_tool_by_its_standoff(finished_folder):

@@ -20,7 +20,7 @@ from wpcal.controllers.language.naming import in_ascii
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.controllers.registry import controllers, find_controller
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.input_file import read_bytes
+from wpcal.core.input_file import read_bytes, require_folder
 from wpcal.weld.values import VALUE_NAMES
 
 if TYPE_CHECKING:
@@ -251,8 +251,7 @@ def _refuse_unknown_files(folder: Path, language: str) -> None:
     Raises `InputError` if it is so.
     """
     expected = [f"{block}{ENDING}" for block in blocks_of(language)]
-    if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; expected the templates {', '.join(expected)}, or some of them")
+    require_folder(folder, f"the templates {', '.join(expected)}, or some of them")
     for path in sorted(folder.glob(f"*{ENDING}")):
         if path.name not in expected:
             raise InputError(f"{path}: is no template; expected {', '.join(expected)}")
