@@ -99,7 +99,7 @@ def _show(found: Advice | MovedAdvice, part: str, out: Path | None) -> None:
     else:
         show_moved_advice(console, found, part)
     if out is not None:
-        console.print(f"wrote {out}: fill in x_mm, y_mm, z_mm", highlight=False)
+        console.print(f"wrote {out}: fill in x_mm, y_mm, z_mm")
 
 
 def _show_points(console: Console, found: Advice, part: str) -> None:
@@ -107,9 +107,9 @@ def _show_points(console: Console, found: Advice, part: str) -> None:
     console.print(_counts_table(found))
     if found.next_point is not None and found.with_next is not None:
         error = f"{found.with_next.error_95_mm:.3f} mm"
-        console.print(f"one more point: {found.next_point.name} makes the largest error {error}", highlight=False)
+        console.print(f"one more point: {found.next_point.name} makes the largest error {error}")
     for note in found.notes:
-        console.print(f"note: {note}", highlight=False)
+        console.print(f"note: {note}")
 
 
 def _points_table(found: Advice, part: str) -> Table:

@@ -48,7 +48,7 @@ def bodies(*, part_step: Path, out: Path | None, force: bool, as_json: bool, no_
     show_notes(issues, console)
     if out is not None:
         console.print("tolerances in the file count as stated; delete them to let wpcal estimate them")
-        console.print(f"wrote {out}", highlight=False, markup=False)
+        console.print(f"wrote {out}")
     return 0
 
 

@@ -145,6 +145,6 @@ def show_written(written: WrittenCalibration, out: Path, *, details: bool = Fals
     show_calibration(written.result, console, details=details, record=written.record)
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])
-        console.print(f"note: left out by hand (use no): {listed}", highlight=False, markup=False)
+        console.print(f"note: left out by hand (use no): {listed}")
     show_notes(written.notes, console)
-    console.print(f"wrote {', '.join(written.files)} to {out}", highlight=False, markup=False)
+    console.print(f"wrote {', '.join(written.files)} to {out}")

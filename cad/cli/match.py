@@ -82,4 +82,4 @@ def _show(found: Match) -> None:
     console = plain_console()
     console.print(table)
     if found.chosen is not None:
-        console.print(f"taken: {found.reason}", highlight=False)
+        console.print(f"taken: {found.reason}")

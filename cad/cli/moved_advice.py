@@ -15,9 +15,9 @@ def show_moved_advice(console: Console, found: MovedAdvice, part: str) -> None:
     """Print the touches in their order, what they reach, and the best further one."""
     console.print(_touches_table(found, part))
     for line in reached_lines(found):
-        console.print(line, highlight=False)
+        console.print(line)
     if found.next_touch is not None:
-        console.print(f"after these, {found.next_touch.sentence()}", highlight=False)
+        console.print(f"after these, {found.next_touch.sentence()}")
 
 
 def reached_lines(found: MovedAdvice) -> list[str]:

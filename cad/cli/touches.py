@@ -197,13 +197,13 @@ def _show(plan: TouchPlan, output: Path) -> None:
     console.print(_searches_table(plan))
     if plan.predicted is not None:
         for line in _predicted_lines(plan, plan.predicted):
-            console.print(line, highlight=False)
+            console.print(line)
     for note in plan.notes:
-        console.print(f"note: {note}", highlight=False)
-    console.print(f"wrote {output}: touches.json, touches.csv, touches.html", highlight=False)
+        console.print(f"note: {note}")
+    console.print(f"wrote {output}: touches.json, touches.csv, touches.html")
     if plan.first_stage is not None:
         then = f"wpcal touches {plan.part} --after {output} RESULTS -o second"
-        console.print(f"next: wpcal export {output} -f FORMAT, run the program, then {then}", highlight=False)
+        console.print(f"next: wpcal export {output} -f FORMAT, run the program, then {then}")
         console.print(f"or `{NO_RESULTS}` for RESULTS, and wpcal export RESULT --touches {output} --touches second")
 
 

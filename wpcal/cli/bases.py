@@ -48,6 +48,6 @@ def bases(*, cell_json: Path, touched_csv: Path, output: Path, fitting: FitOptio
 
         console = plain_console()
         show_calibration(found.result, console)
-        console.print(f"robot 2 is {found.moved_mm:.3f} mm from its place in the old cell", highlight=False)
-        console.print(f"wrote {', '.join(found.files)} to {output}", highlight=False, markup=False)
+        console.print(f"robot 2 is {found.moved_mm:.3f} mm from its place in the old cell")
+        console.print(f"wrote {', '.join(found.files)} to {output}")
     return 0 if found.result.verdict == "PASS" else 1

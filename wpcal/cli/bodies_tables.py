@@ -20,7 +20,7 @@ LEAST_P = 0.001
 def show_sentence(record: Mapping[str, Any], console: Console) -> None:
     """Print whether bodies moved, and which; `record` is the field ``bodies`` of ``calibration.json``."""
     for sentence in (record["sentence"], record["tolerances_sentence"]):
-        console.print(f"{sentence[0].upper()}{sentence[1:]}.", highlight=False, markup=False)
+        console.print(f"{sentence[0].upper()}{sentence[1:]}.")
 
 
 def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = False) -> None:
@@ -31,7 +31,7 @@ def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = 
     if details:
         console.print(_motions(record["bodies"]))
         most = 6 * len(record["bodies"])
-        console.print(f"the touches see {record['motions_seen']:.1f} of {most} motions of the bodies", highlight=False)
+        console.print(f"the touches see {record['motions_seen']:.1f} of {most} motions of the bodies")
 
 
 def _seams(rows: Sequence[Mapping[str, Any]], gap_limit_mm: float) -> Table:

@@ -49,13 +49,11 @@ def show_calibration(
     what = f"{result.judgement.sentence}; the largest residual is {result.largest_mm:.4f} mm"
     if result.suspect is None:  # a wrong point spreads its error: the largest residual is often at a right one
         what += f" at {result.worst}"
-    console.print(
-        Text.assemble((result.verdict.value, f"bold {COLOURS[result.verdict]}"), f": {what}"), highlight=False
-    )
+    console.print(Text.assemble((result.verdict.value, f"bold {COLOURS[result.verdict]}"), f": {what}"))
     if result.criterion_advice is not None:
-        console.print(f"advice: {result.criterion_advice}", highlight=False, markup=False)
+        console.print(f"advice: {result.criterion_advice}")
     for line in _what_next(result, record or result.to_record()):
-        console.print(line, highlight=False, markup=False)
+        console.print(line)
 
 
 def _what_next(result: CalibrationResult, record: Mapping[str, Any]) -> Iterator[str]:

@@ -48,6 +48,7 @@ def plain_console(*, stderr: bool = False) -> Console:
     return PlainConsole(
         file=cast("IO[str]", _StyledFile(stderr=stderr)),
         markup=False,
+        highlight=False,
         emoji=False,
         width=FILE_COLUMNS if wide else None,
     )
@@ -74,7 +75,7 @@ class _StyledFile:
 def show_notes(issues: Iterable[Issue], console: Console) -> None:
     """Print what is odd, one line each."""
     for issue in issues:
-        console.print(f"note: {issue.message}", highlight=False, markup=False)
+        console.print(f"note: {issue.message}")
 
 
 def _fit(table: Table, width: int) -> int:

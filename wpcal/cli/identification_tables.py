@@ -32,23 +32,22 @@ def show_identification(result: Identification, console: Console) -> None:
         o = result.options
         console.print(
             f"* absorbs the error of a parameter that no pose shows; its interval takes that error as "
-            f"{o.expected_mm:g} mm or {np.rad2deg(o.expected_rad):g} deg (one sigma, assumed)",
-            highlight=False,
+            f"{o.expected_mm:g} mm or {np.rad2deg(o.expected_rad):g} deg (one sigma, assumed)"
         )
     fit = result.fit
     noise = f"noise {fit.noise.sigma_mm:.3g} mm"
     if result.observations.has_orientations:
         noise += f", {np.rad2deg(fit.noise.sigma_rad):.3g} deg"
     asked = fit.rank + len(fit.unseen)
-    console.print(f"rank {fit.rank} of {asked}, condition {fit.condition:.3g}, {noise}", highlight=False)
+    console.print(f"rank {fit.rank} of {asked}, condition {fit.condition:.3g}, {noise}")
     if any(not outlier.held_back for outlier in result.outliers):
-        console.print("leave an outlier out with --leave-out and its row, once you know why it is one", highlight=False)
+        console.print("leave an outlier out with --leave-out and its row, once you know why it is one")
     show_notes(_shortened(result.issues), console)
     if result.verdict.improved:
         console.print(Text.assemble(("IMPROVED", "bold green"), " on poses that were not fitted"))
     else:
         reasons = "; ".join(result.verdict.reasons)
-        console.print(Text.assemble(("NOT IMPROVED", "bold red"), f" {reasons}"), highlight=False)
+        console.print(Text.assemble(("NOT IMPROVED", "bold red"), f" {reasons}"))
 
 
 def _shortened(issues: Sequence[Issue]) -> list[Issue]:
@@ -110,9 +109,9 @@ def show_plan(plan: PosePlan, console: Console) -> None:
         table.add_row(str(number), *(f"{angle:.2f}" for angle in joints))
     console.print(table)
     gain = f"observability O1 {plan.index:.3f}; of as many random poses {plan.random_index:.3f}"
-    console.print(gain, highlight=False)
+    console.print(gain)
     worst = _largest(plan)
-    console.print(f"with a laser tracker's noise the least certain parameters: {worst}", highlight=False)
+    console.print(f"with a laser tracker's noise the least certain parameters: {worst}")
 
 
 def _largest(plan: PosePlan) -> str:

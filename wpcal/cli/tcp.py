@@ -72,5 +72,5 @@ def _show(names: tuple[str, ...], found: ToolPoint) -> None:
     console = plain_console()
     console.print(table)
     x, y, z = found.t_flange
-    console.print(f"tool centre point {x:.3f},{y:.3f},{z:.3f} mm in the flange frame", highlight=False)
-    console.print(f"95 % error {found.error_95_mm:.3f} mm, RMS of the touches {found.rms_mm:.3f} mm", highlight=False)
+    console.print(f"tool centre point {x:.3f},{y:.3f},{z:.3f} mm in the flange frame")
+    console.print(f"95 % error {found.error_95_mm:.3f} mm, RMS of the touches {found.rms_mm:.3f} mm")

@@ -69,9 +69,9 @@ def _show(shapes: list[TorchShape], out: Path | None) -> None:
     console.print(table)
     shown = [torch for torch in shipped_torches() if torch.shape in shapes]
     for torch in shown:
-        console.print(f"{torch.shape.name}: {torch.title}", highlight=False)
+        console.print(f"{torch.shape.name}: {torch.title}")
     for source in dict.fromkeys(torch.source for torch in shown):
         names = ", ".join(torch.shape.name for torch in shown if torch.source == source)
-        console.print(f"sizes of {names}: {source}", highlight=False)
+        console.print(f"sizes of {names}: {source}")
     if out is not None:
-        console.print(f"wrote {out}", highlight=False, markup=False)
+        console.print(f"wrote {out}")
