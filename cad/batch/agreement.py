@@ -8,13 +8,11 @@ from pathlib import Path
 from cad.batch.job_record import JobInputs
 from wpcal.core.errors import WpcalError
 from wpcal.core.input_file import holds_file, read_bytes
-from wpcal.core.result_files import CALIBRATION_FILE
+from wpcal.core.result_files import CALIBRATION_FILE, PAGE_FILE, TABLE_FILE
 from wpcal.pages.report import build_report
 from wpcal.results.differences import Difference, differences_of
 from wpcal.results.folder import read_record, read_result_folder
 from wpcal.seam.record import seams_csv
-
-REPORT = "report.html"
 
 
 def usual_inputs(folder: Path) -> JobInputs | None:
@@ -37,9 +35,9 @@ def disagreements(folder: Path) -> Iterator[Difference]:
     except WpcalError as error:
         yield Difference("the folder", f"not from one calibration ({error})", "from one")
         return
-    made = {"seams.csv": seams_csv(found.seams)}
-    if holds_file(folder, REPORT):
-        made[REPORT] = build_report(found.calibration, found.seams, found.part_glb)
+    made = {TABLE_FILE: seams_csv(found.seams)}
+    if holds_file(folder, PAGE_FILE):
+        made[PAGE_FILE] = build_report(found.calibration, found.seams, found.part_glb)
     for name, text in made.items():
         if not holds_file(folder, name):
             yield Difference(name, "missing", "there")

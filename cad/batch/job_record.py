@@ -13,14 +13,12 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of, sha256_of_own
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
-from wpcal.core.result_files import JOB_FILE, JOB_SCHEMA
+from wpcal.core.result_files import JOB_FILE, JOB_SCHEMA, PAGE_FILE
 from wpcal.core.schemas import required_fields
 from wpcal.core.version import __version__
 from wpcal.core.whole_folder import put_in_place
 
 _BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
-SUMMARY_SCHEMA = "wpcal/job-summary/1"  #: Of each line of ``summary.jsonl``.
-REPORT = "report.html"
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +185,7 @@ def put_job_in_place(new: Path, out: Path) -> None:
         raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
     if record is not None and "job" not in record:
         raise InputError(f"{out}: holds other results, of wpcal calibrate; move the folder away")
-    old = (REPORT,) if record is None else record["files"]  # a folder that is torn does not say what it holds
+    old = (PAGE_FILE,) if record is None else record["files"]  # a folder that is torn does not say what it holds
     try:
         put_in_place(new, out, overwrite=record is not None or torn, head=JOB_FILE, leave_out=(*old, JOB_FILE))
     except OSError as error:

@@ -13,7 +13,7 @@ import click
 
 from cad.batch.compare import compare_claim, other_bytes, other_versions
 from cad.batch.inputs_now import FoundInputs
-from cad.batch.job_record import REPORT, JobInputs, files_read, job_record, sha256_at
+from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
 from cad.batch.jobs import OpenedPart, result_of
 from cad.batch.request import calibrate_arguments, given_words, read_words
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
@@ -24,7 +24,7 @@ from wpcal.cli.calibration_tables import exit_code
 from wpcal.cli.command_group import origins_of
 from wpcal.core.input_file import noted_files, sha256_of_own
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.result_files import JOB_FILE, SEAMS_FILE
+from wpcal.core.result_files import JOB_FILE, PAGE_FILE, SEAMS_FILE
 
 
 def asked_inputs(
@@ -98,7 +98,7 @@ def check_claim(
     now = claim.now
     with TemporaryDirectory() as temporary:
         new = Path(temporary, "new")
-        wants_page = REPORT in claim.record["files"] or (claim.folder / REPORT).exists()
+        wants_page = PAGE_FILE in claim.record["files"] or (claim.folder / PAGE_FILE).exists()
         name, inputs = claim.record.get("job"), JobInputs.from_record(claim.record["inputs"])
         with noted_files() as noted, read_words(now.words) as (asked, _):
             arguments = calibrate_arguments(asked, part=now.part, taught=now.taught, out=new)

@@ -17,13 +17,12 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from cad.batch.job_list import Job
-from cad.batch.job_record import SUMMARY_SCHEMA
+from cad.batch.job_list import CSV, Job
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import InputError
+from wpcal.core.result_files import SUMMARY_FILE, SUMMARY_SCHEMA
 from wpcal.core.whole_folder import flush
 
-JSONL, CSV = "summary.jsonl", "summary.csv"
 FAILED = "ERROR"  #: In place of a verdict: the job did not end with one.
 NUMBERS = (
     "worst_residual_mm", "worst_point", "objective_mm", "bound_mm", "worst_seam_error_mm", "worst_seam",
@@ -74,9 +73,9 @@ class Summary:
     def add(self, number: int, verdict: str, line: str) -> None:
         """Add the line of a job. Raises `InputError` when it cannot be written."""
         data = line.encode() + b"\n"
-        with self._written(JSONL):
+        with self._written(SUMMARY_FILE):
             if self._file is None:
-                self._file = (self._out / JSONL).open("w+b", buffering=0)
+                self._file = (self._out / SUMMARY_FILE).open("w+b", buffering=0)
             self._append(self._file, data)
         self._numbers.append(number)
         self._places.append(self._size)
@@ -111,7 +110,7 @@ class Summary:
         self._file = None
         rows = (csv_row(json.loads(line)) for line in text.splitlines())
         self._replace(CSV, csv_text([CSV_COLUMNS, *rows]).encode())
-        self._replace(JSONL, text)
+        self._replace(SUMMARY_FILE, text)
 
     def _replace(self, name: str, data: bytes) -> None:
         """Write a file among the unfinished work, which is removed even if this process is killed, and rename it."""
@@ -135,7 +134,7 @@ def seconds_of(out: Path) -> dict[str, float]:
     """Return how long jobs took, by name, from the summary of an earlier run; what cannot be read is left out."""
     found = {}
     try:
-        lines = (out / JSONL).read_bytes().splitlines()
+        lines = (out / SUMMARY_FILE).read_bytes().splitlines()
     except OSError:
         return {}
     for text in lines:

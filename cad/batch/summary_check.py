@@ -8,14 +8,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from cad.batch.job_record import SUMMARY_SCHEMA, read_job_record
-from cad.batch.summary import CSV, CSV_COLUMNS, FAILED, JSONL, NUMBERS, csv_row
+from cad.batch.job_list import CSV
+from cad.batch.job_record import read_job_record
+from cad.batch.summary import CSV_COLUMNS, FAILED, NUMBERS, csv_row
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
 from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
-from wpcal.core.result_files import JOB_FILE
+from wpcal.core.result_files import JOB_FILE, SUMMARY_FILE, SUMMARY_SCHEMA
 from wpcal.results.differences import Difference, differences_of, walk_records
 
 FROM_RESULT = ("verdict", *NUMBERS, "pose")  #: Fields of a line that are those of the job's result.
@@ -27,7 +28,7 @@ def read_summary(out: Path) -> list[dict[str, Any]]:
     Raises `InputError` when it cannot be opened.
     Raises `FormatError` when a line is not one of a summary.
     """
-    path, lines = out / JSONL, []
+    path, lines = out / SUMMARY_FILE, []
     for number, text in enumerate(read_bytes(path).splitlines(), start=1):
         record = parse_json(text, path=f"{path}, line {number}")
         if not isinstance(record, dict) or record.get("schema") != SUMMARY_SCHEMA:
@@ -45,7 +46,7 @@ def check_summary(out: Path, lines: list[dict[str, Any]]) -> Iterator[Difference
     known = {line["job"] for line in lines}
     for path in sorted(out.iterdir()):
         if path.name not in known and (path / JOB_FILE).is_file():
-            yield Difference(f"{JSONL} {path.name}", "missing", "a line, as there is a folder")
+            yield Difference(f"{SUMMARY_FILE} {path.name}", "missing", "a line, as there is a folder")
     if not holds_file(out, CSV):
         yield Difference(CSV, "missing", "there")
         return
@@ -61,11 +62,11 @@ def _listed_twice(lines: list[dict[str, Any]]) -> Iterator[Difference]:
     twice = {name for name, count in done.items() if count > 1}
     twice |= {line["job"] for line in lines if rows[line["line"]] > 1}
     for name in sorted(twice):
-        yield Difference(f"{JSONL} {name}", "listed twice", "listed once")
+        yield Difference(f"{SUMMARY_FILE} {name}", "listed twice", "listed once")
 
 
 def _check_line(out: Path, line: Mapping[str, Any]) -> Iterator[Difference]:
-    where = f"{JSONL} {line['job']}"
+    where = f"{SUMMARY_FILE} {line['job']}"
     if line["verdict"] == FAILED:
         yield from (
             Difference(f"{where} {n}", json.dumps(line[n]), "null") for n in FROM_RESULT[1:] if line[n] is not None

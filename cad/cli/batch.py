@@ -19,6 +19,7 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
 from wpcal.cli.signals import ENDING
 from wpcal.core.options import group, opt
+from wpcal.core.result_files import PAGE_FILE, SUMMARY_FILE
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -290,7 +291,7 @@ class _Earlier:
             return None
         result: dict[str, Any] = record["result"]
         wants_page = self._pages == "all" or (self._pages == "fail" and result["exit_code"] != 0)
-        return None if wants_page and "report.html" not in record["files"] else result
+        return None if wants_page and PAGE_FILE not in record["files"] else result
 
 
 @contextmanager
@@ -341,10 +342,11 @@ def _again(jobs_csv: Path, out: Path, flags: BatchAsked, *, no_cache: bool) -> s
 def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json: bool) -> None:
     import json
 
-    from cad.batch.summary import FAILED, JSONL
+    from cad.batch.job_list import CSV
+    from cad.batch.summary import FAILED
     from wpcal.cli.console import plain_console
 
-    lines = ((out / JSONL).read_bytes()).splitlines()
+    lines = ((out / SUMMARY_FILE).read_bytes()).splitlines()
     if as_json:
         from wpcal.core.records import to_json
 
@@ -360,13 +362,12 @@ def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json:
     console = plain_console()
     failed = [line for line in map(json.loads, lines) if line["verdict"] == FAILED]
     for line in failed[:MOST_SHOWN]:
-        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"{line['job']}: {line['error']}", soft_wrap=True)
     if len(failed) > MOST_SHOWN:
-        console.print(f"and {len(failed) - MOST_SHOWN} more that failed", highlight=False, markup=False)
-    console.print(_counts(summary.verdicts, plan.kept, seconds, len(plan.jobs)), highlight=False, markup=False)
-    console.print(
-        f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False, soft_wrap=True
-    )
+        console.print(f"and {len(failed) - MOST_SHOWN} more that failed")
+    console.print(_counts(summary.verdicts, plan.kept, seconds, len(plan.jobs)))
+    wrote = f"wrote a folder for each job, {SUMMARY_FILE} and {CSV} to {out}"
+    console.print(wrote, soft_wrap=True)
 
 
 def _counts(verdicts: Counter[str], kept: int, seconds: float, jobs: int) -> str:

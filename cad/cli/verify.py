@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ import click
 from cad.cli.batch import MOST_AT_ONCE
 from cad.cli.options import MESH, PART, no_cache_option
 from wpcal.cli.shared_help import JSON_HELP
-from wpcal.core.result_files import CALIBRATION_FILE, JOB_FILE
+from wpcal.core.result_files import CALIBRATION_FILE, JOB_FILE, SUMMARY_FILE
 
 if TYPE_CHECKING:
     from cad.batch.inputs_now import InputsNow
@@ -129,12 +130,11 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
     import tempfile
 
     from cad.batch.inputs_now import OPTION, InputsNow
-    from cad.batch.summary import JSONL
     from wpcal.core.errors import InputError
+    from wpcal.core.input_file import require_folder
 
-    if not out.is_dir():
-        raise InputError(f"{out}: no such folder; expected the results of wpcal calibrate or wpcal batch")
-    if not any((out / name).exists() for name in (JSONL, JOB_FILE, CALIBRATION_FILE)):
+    require_folder(out, "the results of wpcal calibrate or wpcal batch")
+    if not any((out / name).exists() for name in (SUMMARY_FILE, JOB_FILE, CALIBRATION_FILE)):
         raise InputError(f"{out}: holds no results of wpcal calibrate or wpcal batch")
     for path in given:
         if not path.exists():
@@ -143,7 +143,7 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
     with tempfile.TemporaryDirectory() as temporary:
         folders = (Path.cwd(), whole.parent, whole, whole.parent.parent)
         inputs = InputsNow(given, folders, Path(temporary, "inputs"))
-        if (out / JSONL).exists():
+        if (out / SUMMARY_FILE).exists():
             found = _check_batch(whole, inputs, Path(temporary), at_once, use_cache=not no_cache)
         else:
             found = [_check_one(whole, inputs, use_cache=not no_cache)]
@@ -268,16 +268,16 @@ def _difference(where: str, found: str, expected: str) -> dict[str, str]:
 
 
 def _check_batch(out: Path, inputs: InputsNow, work: Path, at_once: int | None, *, use_cache: bool) -> list[Checked]:
-    from cad.batch.summary import FAILED, JSONL
+    from cad.batch.summary import FAILED
     from cad.batch.summary_check import check_summary, read_summary
     from wpcal.cli.progress import counted_progress
     from wpcal.core.errors import FormatError
 
-    summary = Checked(JSONL)
+    summary = Checked(SUMMARY_FILE)
     try:
         lines = read_summary(out)
     except FormatError as error:
-        summary.differs([_difference(JSONL, str(error), "as it was written")])
+        summary.differs([_difference(SUMMARY_FILE, str(error), "as it was written")])
         return [summary]
     found = {line["job"]: Checked(line["job"]) for line in lines if line["verdict"] != FAILED}
     with counted_progress("reading the summary") as progress:
@@ -365,11 +365,7 @@ def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
         }
         click.echo(to_json(record), nl=False)
         return
-    console = plain_console()
-
-    def say(text: str) -> None:
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
-
+    say = partial(plain_console().print, soft_wrap=True)
     for each in found:
         for sentence in each.sentences():
             say(sentence)

@@ -17,7 +17,7 @@ from cad.rpc.protocol import method_names
 from cad.session.decisions import read_decisions
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
-from wpcal.core.result_files import SEAMS_FILE
+from wpcal.core.result_files import PAGE_FILE, SEAMS_FILE
 from wpcal.core.wording import shown
 from wpcal.seam.record import SEAMS_SCHEMA
 
@@ -107,7 +107,7 @@ def plan(params: Mapping[str, Any]) -> dict[str, Any]:
 def page(params: Mapping[str, Any]) -> dict[str, Any]:
     """Return the page of a result folder; it is made if it is not there."""
     folder = Path(params["folder"])
-    target = folder / "report.html"
+    target = folder / PAGE_FILE
     if not target.is_file():
         _run("report", [_path(params, "folder")], {})
     return {"path": str(target.absolute())}

@@ -39,7 +39,6 @@ WARM = (
 """Imported before the first request comes."""
 AGAIN_S = 0.05  #: A request is not interrupted in the middle of an import; this is the time until the next try.
 LEAST_BETWEEN_S = 0.05  #: Between two lines of progress about the same step.
-FAULT = "this is our fault: set WPCAL_DEBUG=1 to see where"
 
 
 class RequestCancelledError(BaseException):

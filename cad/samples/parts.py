@@ -59,9 +59,6 @@ def lap() -> list[Member]:
     return [("lower", box(120, 50, 6, (0, 0, 0)), STEEL), ("upper", box(120, 50, 6, (70, 0, 6)), DARK)]
 
 
-RUN_RADIUS_MM, BRANCH_RADIUS_MM = 50.0, 25.0
-
-
 def saddle() -> list[Member]:
     """Return a pipe of 50 mm on a pipe of 100 mm, at a right angle and trimmed to its surface: a saddle seam."""
     run = cut(cylinder(50, 300, (-150, 0, 0), (1, 0, 0)), cylinder(45, 300, (-150, 0, 0), (1, 0, 0)))

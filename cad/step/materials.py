@@ -11,9 +11,11 @@ import re
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 from cad.step.part21 import Part21File
 from cad.step.part21_values import Instance, Ref, StepRecord, Value
+from cad.step.products import argument, follow
 from cad.step.xcaf_tree import usable_name
 
 MATERIAL = re.compile(r"material|werkstoff|mat[ée]riau|\bmatière\b|材料|材質|材质|материал", re.IGNORECASE)
@@ -63,7 +65,7 @@ def read_materials(file: Part21File) -> dict[str, ProductMaterial]:
         if density is not None:
             densities[product] = density
     for product, made_from in _made_from(file):
-        texts[product] += [_text(_argument(made_from.record("PRODUCT"), place)) for place in (0, 1)]
+        texts[product] += [_text(argument(made_from.record("PRODUCT"), place)) for place in (0, 1)]
         if made_from.id in densities:
             densities.setdefault(product, densities[made_from.id])
     by_name: dict[str, set[ProductMaterial]] = defaultdict(set)
@@ -79,27 +81,27 @@ def read_materials(file: Part21File) -> dict[str, ProductMaterial]:
 def _product_name(product: Instance) -> str:
     """Return the name under which the kernel knows a product: its name, or its identifier."""
     record = product.record("PRODUCT")
-    texts = [usable_name(_text(_argument(record, place))) for place in (1, 0)]
+    texts = [usable_name(_text(argument(record, place))) for place in (1, 0)]
     return texts[0] or texts[1]
 
 
 def _designated(file: Part21File) -> Iterator[tuple[int, str]]:
     for instance in file.instances("MATERIAL_DESIGNATION"):
         record = instance.record("MATERIAL_DESIGNATION")
-        targets = _argument(record, 1)
+        targets = argument(record, 1)
         for target in targets if isinstance(targets, tuple) else ():
             product = _product_of(file, target)
             if product is not None:
-                yield product, _text(_argument(record, 0))
+                yield product, _text(argument(record, 0))
 
 
 def _made_from(file: Part21File) -> Iterator[tuple[int, Instance]]:
     """Yield products with the product that is their material."""
     for link in file.instances("MAKE_FROM_USAGE_OPTION"):
         record = link.record("MAKE_FROM_USAGE_OPTION")
-        product, made_from = (_product_of(file, _argument(record, place)) for place in (3, 4))
+        product, made_from = (_product_of(file, argument(record, place)) for place in (3, 4))
         source = None if made_from is None else file.instance(made_from)
-        if product is not None and source is not None and _says_material(_text(_argument(record, 0))):
+        if product is not None and source is not None and _says_material(_text(argument(record, 0))):
             yield product, source
 
 
@@ -108,19 +110,19 @@ def _properties(file: Part21File) -> Iterator[tuple[int, list[str], float | None
     general = _general_names(file)
     for link in file.instances("PROPERTY_DEFINITION_REPRESENTATION"):
         record = link.record("PROPERTY_DEFINITION_REPRESENTATION")
-        property_, representation = _follow(file, _argument(record, 0)), _follow(file, _argument(record, 1))
+        property_, representation = follow(file, argument(record, 0)), follow(file, argument(record, 1))
         if property_ is None or representation is None:
             continue
         head = property_.records[0]
-        names = [*general.get(property_.id, ()), _text(_argument(head, 0)), _text(_argument(head, 1))]
+        names = [*general.get(property_.id, ()), _text(argument(head, 0)), _text(argument(head, 1))]
         inner = representation.record("REPRESENTATION") or representation.records[0]
-        names.append(_text(_argument(inner, 0)))
-        items = _argument(inner, 1)
-        found = [one for one in (_follow(file, item) for item in _tuple(items)) if one is not None]
+        names.append(_text(argument(inner, 0)))
+        items = argument(inner, 1)
+        found = [one for one in (follow(file, item) for item in _tuple(items)) if one is not None]
         texts = [text for item in found for text in _material_texts(names, item)]
         density = next((value for item in found for value in _densities(file, names, item)), None)
         if texts or density is not None:
-            product = _product_of(file, _argument(head, 2))
+            product = _product_of(file, argument(head, 2))
             if product is not None:
                 yield product, texts, density
 
@@ -130,9 +132,9 @@ def _general_names(file: Part21File) -> dict[int, list[str]]:
     names: dict[int, list[str]] = defaultdict(list)
     for link in file.instances("GENERAL_PROPERTY_ASSOCIATION"):
         record = link.record("GENERAL_PROPERTY_ASSOCIATION")
-        base, derived = _follow(file, _argument(record, 2)), _argument(record, 3)
+        base, derived = follow(file, argument(record, 2)), argument(record, 3)
         if base is not None and isinstance(derived, Ref):
-            names[int(derived)] += [_text(_argument(base.records[0], 0)), _text(_argument(base.records[0], 1))]
+            names[int(derived)] += [_text(argument(base.records[0], 0)), _text(argument(base.records[0], 1))]
     return names
 
 
@@ -140,7 +142,7 @@ def _material_texts(names: list[str], item: Instance) -> list[str]:
     record = item.record("DESCRIPTIVE_REPRESENTATION_ITEM")
     if record is None:
         return []
-    name, value = _text(_argument(record, 0)), _text(_argument(record, 1))
+    name, value = _text(argument(record, 0)), _text(argument(record, 1))
     if _says_material(name):
         return [value]
     if any(_says_material(one) for one in names) and not any(DENSITY.search(one) for one in names):
@@ -156,11 +158,11 @@ def _densities(file: Part21File, names: list[str], item: Instance) -> Iterator[f
     own = item.record("MEASURE_REPRESENTATION_ITEM")
     name = item.record("REPRESENTATION_ITEM")
     measure = item.record("MEASURE_WITH_UNIT")
-    texts = [_text(_argument(own, 0)), _text(_argument(name, 0)), *names]
+    texts = [_text(argument(own, 0)), _text(argument(name, 0)), *names]
     if not any(DENSITY.search(text) for text in texts):
         return
-    value, unit = (_argument(measure, 0), _argument(measure, 1)) if measure else (_argument(own, 1), _argument(own, 2))
-    number = _argument(value, 0) if isinstance(value, StepRecord) else value
+    value, unit = (argument(measure, 0), argument(measure, 1)) if measure else (argument(own, 1), argument(own, 2))
+    number = argument(value, 0) if isinstance(value, StepRecord) else value
     if isinstance(number, int | float) and number > 0:
         density = density_kg_m3(float(number), is_pound=_is_pound(file, unit, MOST_STEPS))
         if density is not None:
@@ -180,10 +182,10 @@ def density_kg_m3(number: float, *, is_pound: bool = False) -> float | None:
 
 def _is_pound(file: Part21File, value: Value, steps: int) -> bool:
     """Tell whether a unit, or one that it is made of, is named after the pound or the inch."""
-    unit = _follow(file, value)
+    unit = follow(file, value)
     if unit is None or steps == 0:
         return False
-    arguments = [argument for record in unit.records for argument in record.arguments]
+    arguments = list(chain.from_iterable(record.arguments for record in unit.records))
     if any(isinstance(one, str) and POUND.search(one) for one in arguments):
         return True
     inner = [part for one in arguments for part in _tuple(one)] + arguments
@@ -201,22 +203,14 @@ _STEPS = {
 def _product_of(file: Part21File, value: Value) -> int | None:
     """Return the number of the product to which a definition belongs."""
     for _ in range(MOST_STEPS + 1):
-        instance = _follow(file, value)
+        instance = follow(file, value)
         if instance is None:
             return None
         if instance.record("PRODUCT") is not None:
             return instance.id
         place = _STEPS.get(instance.keyword)
-        value = None if place is None else _argument(instance.records[0], place)
+        value = None if place is None else argument(instance.records[0], place)
     return None
-
-
-def _follow(file: Part21File, value: Value) -> Instance | None:
-    return file.instance(value) if isinstance(value, Ref) else None
-
-
-def _argument(record: StepRecord | None, index: int) -> Value:
-    return record.arguments[index] if record is not None and index < len(record.arguments) else None
 
 
 def _text(value: Value) -> str:

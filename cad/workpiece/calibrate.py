@@ -27,7 +27,7 @@ from wpcal.core.input_file import sha256_of_own
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import json_parts, new_directory, to_json
-from wpcal.core.result_files import CALIBRATION_FILE, PART_FILE, SEAMS_FILE
+from wpcal.core.result_files import CALIBRATION_FILE, PAGE_FILE, PART_FILE, SEAMS_FILE, TABLE_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
 from wpcal.results.folder import files_of_run
@@ -263,10 +263,10 @@ def calibrate_files(
         seams = found.seams_record()
         with (folder / SEAMS_FILE).open("w", encoding="utf-8") as file:
             file.writelines(json_parts(seams))
-        (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
+        (folder / TABLE_FILE).write_text(seams_csv(seams), encoding="utf-8")
         if means.wants_page(found.result):
             give_memory_back()
-            (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
+            (folder / PAGE_FILE).write_text(build_report(record, seams, part_glb), encoding="utf-8")
         del seams  # of a large part, the largest object here
         if holding is not None:
             from wpcal.touch.grasp import cell_files, solve_grasp

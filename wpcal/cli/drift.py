@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -126,11 +127,7 @@ def _show(record: dict[str, Any]) -> None:
     from wpcal.cli.console import plain_console
     from wpcal.core.wording import listed
 
-    console = plain_console()
-
-    def say(text: str) -> None:
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
-
+    say = partial(plain_console().print, soft_wrap=True)
     for part in record["parts"]:
         shifts = len(part["shifts"])
         say(f"{part['part']['file']}: {part['jobs']} jobs, {shifts} sudden {'shift' if shifts == 1 else 'shifts'}")

@@ -10,6 +10,7 @@ import click
 
 from wpcal.cli.export_options import WeldProgramAsked
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import EXPORT_SCHEMA
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
@@ -177,7 +178,7 @@ def _show(
 
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()}
         record = {
-            "schema": "wpcal/export/1",
+            "schema": EXPORT_SCHEMA,
             "verdict": program.calibration.get("verdict"),
             "seams": [path.seam.name for path in program.paths],
             "left_out": [{"seam": name, "why": why} for name, why in program.left_out.items()],

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.outputs import EXPORT_SCHEMA
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -110,7 +112,7 @@ def _show(
 
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in found.files.items()}
         answer = {
-            "schema": "wpcal/export/1",
+            "schema": EXPORT_SCHEMA,
             "seams": record["planned"],
             "files": written,
             "no_program": found.refused,

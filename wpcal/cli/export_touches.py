@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.outputs import EXPORT_SCHEMA
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -36,10 +38,10 @@ def touches_file(folder: Path) -> Path | None:
     Raises `InputError` when the folder holds a calibration, too.
     """
     from wpcal.core.errors import InputError
-    from wpcal.core.result_files import CALIBRATION_FILE
+    from wpcal.core.result_files import CALIBRATION_FILE, SEAMS_FILE
     from wpcal.touch.searches.record import TOUCHES_FILE
 
-    if folder.is_file() and folder.suffix.lower() == ".json" and folder.name != CALIBRATION_FILE:
+    if folder.is_file() and folder.suffix.lower() == ".json" and folder.name not in (CALIBRATION_FILE, SEAMS_FILE):
         return folder
     file = folder / TOUCHES_FILE
     if not file.is_file():
@@ -186,7 +188,7 @@ def _show(
         from wpcal.core.records import to_json
 
         record = {
-            "schema": "wpcal/export/1",
+            "schema": EXPORT_SCHEMA,
             "seams": [],
             "searches": searches,
             "fingerprint": program.plan.fingerprint,

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import click
 
+EXPORT_SCHEMA = "wpcal/export/1"
+
 
 def require_new(path: Path, *, overwrite: bool) -> None:
     """Refuse a file that cannot be written, unless an existing one may be overwritten.

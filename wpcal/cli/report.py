@@ -22,9 +22,10 @@ def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int
     same page. Ends with code 1 unless the verdict of the calibration is PASS; the page is written and says so.
     """
     from wpcal.core.records import to_json, write_file
+    from wpcal.core.result_files import PAGE_FILE
     from wpcal.core.whole_folder import begin_replacing
     from wpcal.pages.report import build_report
-    from wpcal.results.agree import PAGE_FILE, note_written
+    from wpcal.results.agree import note_written
     from wpcal.results.folder import read_result_folder
 
     found = read_result_folder(folder)

@@ -14,12 +14,20 @@ from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, FrameError
 from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
 from wpcal.core.records import read_json, to_json, write_file
-from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA, JOB_FILE, JOB_SCHEMA, PART_FILE, SEAMS_FILE
+from wpcal.core.result_files import (
+    CALIBRATION_FILE,
+    CALIBRATION_SCHEMA,
+    JOB_FILE,
+    JOB_SCHEMA,
+    PAGE_FILE,
+    PART_FILE,
+    SEAMS_FILE,
+    TABLE_FILE,
+)
 from wpcal.core.transform import RigidTransform
 from wpcal.results.differences import walk_records
 from wpcal.seam.record import seams_csv
 
-TABLE_FILE, PAGE_FILE = "seams.csv", "report.html"
 SAME_POSE_MM = 1e-9
 """All files are written with all digits from one result: a larger difference of positions means two calibrations."""
 SAME_POSE_RAD = 1e-9

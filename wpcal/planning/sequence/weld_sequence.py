@@ -51,11 +51,6 @@ class WeldPiece:
         """All axes of approach, stretch and retract, shape (a + n + b, k), rad and mm."""
         return np.concatenate([self.before, self.candidate.q, self.after])
 
-    @property
-    def weld_s(self) -> float:
-        """Time of the weld, s."""
-        return self.candidate.task.length_mm / self.speed_mm_s
-
 
 @dataclass(frozen=True, slots=True)
 class SequenceValues:

@@ -17,12 +17,11 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.input_file import read_bytes
+from wpcal.core.input_file import read_bytes, require_folder
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
-from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA
+from wpcal.core.result_files import CALIBRATION_FILE, CALIBRATION_SCHEMA, SUMMARY_FILE, SUMMARY_SCHEMA
 
-SUMMARY, SUMMARY_SCHEMA = "summary.jsonl", "wpcal/job-summary/1"
 USED = ("schema", "inputs", "T_base_part", "points", "suspect", "touches")  #: Fields of a calibration that are read.
 NEEDED = USED[:-2]
 UNKNOWN = [math.nan] * 3
@@ -110,17 +109,16 @@ def read_drift_jobs(
 def _require_folders(folders: Sequence[Path]) -> None:
     seen: set[Path] = set()
     for folder in folders:
-        if not folder.is_dir():
-            raise InputError(f"{folder}: no such folder; expected the results of wpcal batch")
-        if not (folder / SUMMARY).is_file():
-            raise InputError(f"{folder}: is not a folder of wpcal batch: it has no {SUMMARY}")
+        require_folder(folder, "the results of wpcal batch")
+        if not (folder / SUMMARY_FILE).is_file():
+            raise InputError(f"{folder}: is not a folder of wpcal batch: it has no {SUMMARY_FILE}")
         if folder.resolve() in seen:
             raise InputError(f"{folder}: is given twice")
         seen.add(folder.resolve())
 
 
 def _summary(folder: Path) -> list[dict[str, Any]]:
-    path, lines = folder / SUMMARY, list[dict[str, Any]]()
+    path, lines = folder / SUMMARY_FILE, list[dict[str, Any]]()
     for number, text in enumerate(read_bytes(path).splitlines(), start=1):
         where = f"{path}: line {number}"
         line = parse_json(text, path=where)

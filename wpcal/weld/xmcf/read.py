@@ -64,10 +64,9 @@ class XmcfSeam:
     lines_mm: tuple[FloatArray, ...]  #: shape (n, 3). Points along its stretches, in the coordinates of the parts.
     parts: tuple[str, ...]  #: Labels of the parts that it joins.
     sides: tuple[WeldSide, ...]
-    #: `thicknesses_mm`, `gaps_mm`, `angles_deg`: Of the sheets, where the file states them.
+    #: `thicknesses_mm`, `gaps_mm`: Of the sheets, where the file states them.
     thicknesses_mm: tuple[float, ...]
     gaps_mm: tuple[float, ...]
-    angles_deg: tuple[float, ...]
 
     @property
     def length_mm(self) -> float:
@@ -169,7 +168,6 @@ def _seam(connection: ET.Element, weld: ET.Element, units: _Units, label: str, p
         sides,
         _of_sheets(sheets, "sheet_thickness", units.mm),
         _of_sheets(sheets, "gap", units.mm),
-        _of_sheets(sheets, "sheet_angle", units.deg),
     )
 
 
