@@ -92,11 +92,10 @@ class Chain:
         while link in self.joints:
             link, place, axis, number = self._step(link)
             if axis is not None:
-                turn = np.eye(4)
                 x, y, z = axis
-                K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])  # Rodrigues
-                turn[:3, :3] += np.sin(q[number]) * K + (1 - np.cos(q[number])) * (K @ K)
-                T = turn @ T
+                K = np.array([[0, -z, y, 0], [z, 0, -x, 0], [-y, x, 0, 0], [0, 0, 0, 0]])  # Rodrigues
+                angle = np.asarray(q)[..., number, None, None]
+                T = (np.eye(4) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)) @ T
             T = place @ T
         return T
 

@@ -1,8 +1,9 @@
 """A second judge of plans: it reads the TEXT of programs and knows neither wpcal's interpreters nor its collisions.
 
 Joints become places by the URDF file, and poses joints by Newton steps on it. Links are the vertices of their meshes,
-the torch is points on its capsules, the wire points on a line; a point is inside the part where the winding number of
-its solids' triangles says so. `pytest -m deep -rP tests/e2e/test_second_judge.py` shows a row for each program.
+the nozzle is a cylinder, what follows it convex hulls, the wire points on a line. A point is inside the part where the
+winding number of its solids' triangles says so; points on edges of the part are asked if nozzle or torch holds them.
+`pytest -m deep -rP tests/e2e/test_second_judge.py` shows a row for each program.
 """
 
 from __future__ import annotations
@@ -15,15 +16,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.moves_of_programs import circle_through
 from tests.second_readers import READERS, Step, posed
 from tests.wire_judge import Array, off_surface, winding
 
-STEP_MM, STEP_RAD = 5.0, 0.05  #: Between two judged states.
-ALONG_MM = 5.0  #: Between points of the wire and of a capsule.
+STEP_MM, STEP_RAD = 5.0, 0.05  #: Between two judged states, of the tip and of each joint.
+ALONG_MM = 4.0  #: Between points of a shell, and of an edge of the part.
+AT_ONCE = 256  #: States in one array.
 TIP_MM = 3.0  #: So much of the wire is at the seam.
 OPEN_MM2 = 1.0  #: The sum of all areas of a closed surface is no more, of triangles in single precision.
 WELDED_MM = 2.6  #: A place on a seam is welded if a state is so near: half of a step, and the error of a program.
@@ -54,18 +56,26 @@ class SecondJudge:
         self.floor = float(record.get("floor_z_mm", 0.0))
         rng = np.random.default_rng(0)
         self.links = {
-            name: points[rng.permutation(len(points))[:MOST_POINTS]] for name, (points, _) in self.chain.meshes.items()
+            name: points[rng.permutation(len(points))[:MOST_POINTS]]
+            for name, (points, _) in self.chain.meshes.items()
+            if self.chain.moved_by(name) >= 2
         }
-        capsules = [each for shape in robot["torch"] for each in shape["capsules"]]
-        self.torch = np.concatenate([_on_capsule(each) for each in capsules])
-        wire = min(float(np.linalg.norm(_nearest(each["p_mm"], each["q_mm"]))) - each["radius_mm"] for each in capsules)
-        self.wire = np.zeros((int(wire / 1.0) + 1, 3))
-        self.wire[:, 2] = -np.arange(len(self.wire))
+        shape = robot["torch_shape"]
+        assert shape["taper_mm"] == 0.0, "the nozzle of these cells is a cylinder"
+        front, behind = shape["wire_mm"], shape["wire_mm"] + shape["neck"]["from_mm"]
+        rest = [np.array(each.get("hull_mm") or _balls(each["capsules"])) for each in robot["torch"]]
+        rim = shape["nozzle_radius_mm"] * np.exp(1j * np.arange(48) * np.pi / 24.0)
+        hulls = [("nozzle", np.array([(each.real, each.imag, z) for z in (-front, -behind) for each in rim]))]
+        hulls += [("torch", points) for points in rest if points[:, 2].min() < -behind - 1.0]
+        self.hulls = [(name, points, ConvexHull(points).equations) for name, points in hulls]
+        wire = np.outer(-np.arange(int(front)), [0.0, 0.0, 1.0])
+        self.shells = [("wire", wire), *((name, _thinned(_on_edges(p[ConvexHull(p).simplices]))) for name, p in hulls)]
         self.slopes: Array | None = None
         self.solids = _solids(corners)
+        self.edges = _thinned(_on_edges(corners))
 
     def tool(self, q: Array) -> Array:
-        """Return T_base_tool at joints, rad."""
+        """Return T_base_tool at joints, rad, shape (..., 6)."""
         return self.chain.pose(self.chain.tip, q) @ self.T_tool
 
     def joints_at(self, T: Array, near: Array) -> Array:
@@ -85,13 +95,8 @@ class SecondJudge:
         raise AssertionError(f"no joints at {T[:3, 3].round(1)}")
 
     def _jacobian(self, q: Array, now: Array) -> Array:
-        J = np.empty((6, 6))
-        for k in range(6):
-            more = q.copy()
-            more[k] += 1e-6
-            at = self.tool(more)
-            J[:, k] = np.concatenate([at[:3, 3] - now[:3, 3], 500.0 * _turn(now, at)]) / 1e-6
-        return J
+        at = self.tool(q + 1e-6 * np.eye(6))
+        return np.concatenate([at[:, :3, 3] - now[:3, 3], 500.0 * _turn(now, at)], axis=1).T / 1e-6
 
     def states(self, steps: list[Step]) -> Iterator[tuple[int, bool, Array]]:
         """Yield the number of the step, whether it is on a line, and the joints, rad."""
@@ -101,6 +106,8 @@ class SecondJudge:
                 goal = np.radians(step.joints)
                 start = goal if q is None else q
                 count = int(np.ceil(np.abs(goal - start).max() / STEP_RAD)) + 1
+                tips = self.tool(start + np.linspace(0.0, 1.0, count + 1)[:, None] * (goal - start))[:, :3, 3]
+                count = max(count, int(np.ceil(np.linalg.norm(np.diff(tips, axis=0), axis=1).max() / STEP_MM)) * count)
                 yield from ((number, False, start + t * (goal - start)) for t in np.linspace(0.0, 1.0, count + 1))
                 q = goal
                 continue
@@ -117,28 +124,46 @@ class SecondJudge:
 
     def contacts(self, states: Iterable[tuple[int, bool, Array]]) -> list[Contact]:
         """Return what is inside the part or below the floor, the deepest place of each body."""
-        worst: dict[str, Contact] = {}
-        into = np.linalg.inv(self.T_part)
-        for number, on_line, q in states:
+        rows, worst = list(states), dict[str, Contact]()
+
+        def found(body: str, deep: Array, numbers: Array) -> None:
+            if len(deep) and deep.max() > max(DEEP_MM, worst[body].deep_mm if body in worst else 0.0):
+                worst[body] = Contact(body, float(deep.max()), int(numbers[deep.argmax()]))
+
+        for first in range(0, len(rows), AT_ONCE):
+            own = rows[first : first + AT_ONCE]
+            numbers, lines, q = (np.array(column) for column in zip(*own, strict=True))
             tool = self.T_base @ self.tool(q)
-            bodies = {"torch": self.torch, "wire": self.wire[int(TIP_MM) :] if on_line else self.wire}
-            world = {name: p @ tool[:3, :3].T + tool[:3, 3] for name, p in bodies.items()}
-            for name, points in self.links.items():
-                if self.chain.moved_by(name) >= 2:
-                    T = self.T_base @ self.chain.pose(name, q)
-                    world[name] = points @ T[:3, :3].T + T[:3, 3]
-            for name, p in world.items():
-                below = self.floor - float(p[:, 2].min())
-                if below > DEEP_MM and below > worst.get(f"{name} and floor", Contact("", 0.0, 0)).deep_mm:
-                    worst[f"{name} and floor"] = Contact(f"{name} and floor", below, number)
-                local = p @ into[:3, :3].T + into[:3, 3]
+            links = [(n, self.T_base @ self.chain.pose(n, q), p) for n, p in self.links.items()]
+            for name, places, points in [*((n, tool, p) for n, p in self.shells), *links]:
+                near = self._is_near(places, points)
+                on, which, T = places[near], numbers[near], np.linalg.inv(self.T_part) @ places[near]
+                tip = np.ix_(lines[near], np.arange(int(TIP_MM) if name == "wire" else 0))  # is at the seam
+                z = on[:, 2, :3] @ points.T + on[:, 2, 3:]
+                z[tip] = np.inf
+                found(f"{name} and floor", self.floor - z.min(axis=1), which)
+                local = points @ T[:, :3, :3].transpose(0, 2, 1) + T[:, None, :3, 3]
+                local[tip] = np.inf
                 for low, high, corners in self.solids:
-                    near = local[((local > low) & (local < high)).all(axis=1)]
-                    inside = near[winding(near, corners) > 0.5] if len(near) else near
-                    deep = float(off_surface(inside, corners).max()) if len(inside) else 0.0
-                    if deep > DEEP_MM and deep > worst.get(name, Contact("", 0.0, 0)).deep_mm:
-                        worst[name] = Contact(name, deep, number)
+                    state, point = np.nonzero(((local > low) & (local < high)).all(axis=2))
+                    within = winding(local[state, point], corners) > 0.5
+                    found(name, off_surface(local[state, point][within], corners), which[state][within])
+            for name, hull, faces in self.hulls:
+                near = self._is_near(tool, hull)
+                into = np.linalg.inv(tool[near]) @ self.T_part
+                local = self.edges @ into[:, :3, :3].transpose(0, 2, 1) + into[:, None, :3, 3]
+                state, point = np.nonzero(((local > hull.min(axis=0)) & (local < hull.max(axis=0))).all(axis=2))
+                found(name, -(local[state, point] @ faces[:, :3].T + faces[:, 3]).max(axis=1), numbers[near][state])
         return list(worst.values())
+
+    def _is_near(self, places: Array, points: Array) -> Array:
+        """Return where the ball around points meets the box of the part or the floor."""
+        middle = points.mean(axis=0)
+        r = np.linalg.norm(points - middle, axis=1).max()
+        world = places[:, :3, :3] @ middle + places[:, :3, 3]
+        local = (world - self.T_part[:3, 3]) @ self.T_part[:3, :3]
+        out = np.maximum(self.edges.min(axis=0) - local, local - self.edges.max(axis=0)).clip(0.0)
+        return np.asarray((np.linalg.norm(out, axis=1) < r) | (world[:, 2] - r < self.floor))
 
     def welded_share(self, states: Iterable[tuple[int, bool, Array]], result: Path) -> float:
         """Return how much of the length of the accepted seams of a result the wire passes on lines and arcs."""
@@ -165,26 +190,30 @@ def _solids(corners: Array) -> list[tuple[Array, Array, Array]]:
     return [(each.min(axis=(0, 1)), each.max(axis=(0, 1)), each) for each in own]
 
 
-def _nearest(p: Any, q: Any) -> Array:
-    """Return the point of a segment that is nearest to the origin."""
-    a, edge = np.array(p, float), np.array(q, float) - np.array(p, float)
-    return a - np.clip(a @ edge / max(float(edge @ edge), 1e-12), -1.0, 0.0) * edge
+def _balls(capsules: list[dict[str, Any]]) -> Array:
+    """Return points of which the hull is nearly that of a capsule."""
+    golden = np.arange(200) * np.pi * (3.0 - np.sqrt(5.0))
+    z = 1.0 - 2.0 * (np.arange(200) + 0.5) / 200.0
+    ball = np.stack([np.sqrt(1 - z**2) * np.cos(golden), np.sqrt(1 - z**2) * np.sin(golden), z], axis=1)
+    return np.concatenate([np.array(each[p]) + each["radius_mm"] * ball for each in capsules for p in ("p_mm", "q_mm")])
 
 
-def _on_capsule(capsule: dict[str, Any]) -> Array:
-    """Return points on the shell of a capsule and on its axis."""
-    p, q, r = np.array(capsule["p_mm"], float), np.array(capsule["q_mm"], float), capsule["radius_mm"]
-    along = np.linspace(0.0, 1.0, int(np.linalg.norm(q - p) / ALONG_MM) + 2)[:, None]
-    axis = p + along * (q - p)
-    golden = np.arange(24) * np.pi * (3.0 - np.sqrt(5.0))
-    z = 1.0 - 2.0 * (np.arange(24) + 0.5) / 24.0
-    ball = r * np.stack([np.sqrt(1 - z**2) * np.cos(golden), np.sqrt(1 - z**2) * np.sin(golden), z], axis=1)
-    thin = axis[:: max(1, len(axis) // 8)]
-    return np.concatenate([axis, (thin[:, None] + ball).reshape(-1, 3), p + ball, q + ball])
+def _on_edges(corners: Array) -> Array:
+    """Return points on the edges of triangles (m, 3, 3)."""
+    a, b = corners.reshape(-1, 3), np.roll(corners, -1, axis=1).reshape(-1, 3)
+    counts = np.ceil(np.linalg.norm(b - a, axis=1) / ALONG_MM).astype(int) + 1
+    edge = np.repeat(np.arange(len(a)), counts)
+    t = (np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[edge]
+    return np.asarray(a[edge] + t[:, None] * (b - a)[edge])
+
+
+def _thinned(points: Array) -> Array:
+    """Return one of the points in each cube."""
+    return points[np.unique(np.floor(points / (ALONG_MM / 2.0)).astype(int), axis=0, return_index=True)[1]]
 
 
 def _turn(a: Array, b: Array) -> Array:
-    return (Rotation.from_matrix(b[:3, :3]) * Rotation.from_matrix(a[:3, :3]).inv()).as_rotvec()
+    return (Rotation.from_matrix(b[..., :3, :3]) * Rotation.from_matrix(a[:3, :3]).inv()).as_rotvec()
 
 
 def _along(a: Array, via: Array | None, b: Array) -> Iterator[Array]:
@@ -275,10 +304,26 @@ def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[st
         yield Row(part, arm, name, sum(map(len, routines)), contacts, judge.welded_share(max(states, key=len), result))
 
 
-def result_for(part: str | int, folder: Path) -> Path:
-    """Return the result of a part of the fixtures, or of the bracket of a seed."""
-    from tests.judgements import calibrated
-    from tests.samples.brackets import write_bracket
-    from tests.whole_table import result_of
+PLACES = {"irb1600_6_12": (-150.0, -90.0, 600.0, 56.0), "ma2010": (-100.0, -90.0, 500.0, -34.0)}
+"""How the frame, 600 mm long, is moved (mm) and turned about the vertical (deg), as `wpcal plan` advises where it was
+touched, low before the arm: its far seams are out of reach there, or the elbow meets the floor."""
 
-    return result_of(part, folder) if isinstance(part, str) else calibrated(write_bracket(part, folder), folder)[0]
+
+def result_for(part: str | int, arm: str, folder: Path) -> Path:
+    """Return the result of a part of the fixtures, the frame moved to where an arm reaches it, or of a bracket."""
+    from tests.judgements import calibrated
+    from tests.running import run_here
+    from tests.samples.brackets import write_bracket
+    from tests.whole_table import FIXTURES, result_of
+
+    if part != "frame":
+        return result_of(part, folder) if isinstance(part, str) else calibrated(write_bracket(part, folder), folder)[0]
+    head, *rows = (FIXTURES / part / "taught.csv").read_text(encoding="utf-8").splitlines()
+    *move, turn = PLACES.get(arm, (-100.0, -90.0, 600.0, 56.0))
+    p, out = np.array([row.split(",")[1:4] for row in rows], float), folder / "out"
+    p = Rotation.from_euler("z", turn, degrees=True).apply(p - p.mean(axis=0)) + p.mean(axis=0) + move
+    moved = [f"{row.split(',')[0]},{x:.3f},{y:.3f},{z:.3f},yes" for row, (x, y, z) in zip(rows, p, strict=True)]
+    (folder / "taught.csv").write_text("\n".join([head, *moved]), encoding="utf-8")
+    done = run_here("calibrate", FIXTURES / part / "frame.step", folder / "taught.csv", "-o", out)
+    assert done.returncode in (0, 1), done.stderr
+    return out

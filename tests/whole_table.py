@@ -1,12 +1,9 @@
-"""Complete programs of parts with arms, judged by other kinematics and real meshes: `python -m tests.whole_table`."""
+"""Complete programs of parts with arms, judged by other kinematics and real meshes."""
 
 from __future__ import annotations
 
-import argparse
 import csv
 import json
-import tempfile
-import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,17 +35,9 @@ class Row(NamedTuple):
     arm: str
     welded_mm: float
     accepted_mm: float
-    pieces: int
-    cpu_s: float
     untold: tuple[str, ...]
     no_program: tuple[str, ...]
     faults: tuple[str, ...]
-
-    def __str__(self) -> str:
-        """Return the row of the table."""
-        wrong = (*self.untold, *self.no_program, *self.faults)
-        told = f"{self.part:13} {self.arm:13} {self.welded_mm:6.0f} of {self.accepted_mm:6.0f} mm"
-        return f"{told} {self.pieces:4} pieces {self.cpu_s:6.1f} s  {'; '.join(wrong) or 'free'}"
 
 
 def result_of(part: str, folder: Path) -> Path:
@@ -95,9 +84,7 @@ def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     tool = ",".join(map(str, TOOL))
     coupled = [text for pair in COUPLED.get(arm, ()) for text in ("--coupled", ":".join(pair))]
     assert run_here("cell", "new", "--torch-robot", urdf(arm), "--tool", tool, *coupled, "-o", cell).returncode == 0
-    start = time.process_time()
     done = run_here("plan", cell, result, "-o", out, "-f", ARMS.get(arm, "rapid"))
-    cpu_s = time.process_time() - start
     assert done.returncode in (0, 1), done.stderr
     plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
     seams = json.loads((result / "seams.json").read_text(encoding="utf-8"))["seams"]
@@ -113,34 +100,4 @@ def judged(part: str, arm: str, folder: Path, results: Path) -> Row:
     welded = sum(abs(piece["to_mm"] - piece["from_mm"]) for piece in plan["seams"])
     accepted = sum(seam["length_mm"] for seam in seams if seam["accepted"])
     untold = tuple(f"{gap['seam']}: no reason" for gap in plan["unwelded"] if not gap["why"])
-    return Row(
-        part,
-        arm,
-        welded,
-        accepted,
-        len(plan["seams"]),
-        cpu_s,
-        untold,
-        tuple(plan["no_program"].values()),
-        tuple(faults),
-    )
-
-
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--parts", default=f"tee,frame,saddle,{','.join(ASSEMBLIES)}")
-    parser.add_argument("--arms", default=",".join(ARMS))
-    parser.add_argument("--keep", type=Path, help="Folder for cells and plans.")
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = given.keep or Path(temporary)
-        for part in given.parts.split(","):
-            for arm in given.arms.split(","):
-                own = folder / f"{part}-{arm}"
-                own.mkdir(parents=True)
-                print(judged(part, arm, own, folder), flush=True)
-
-
-if __name__ == "__main__":
-    main()
+    return Row(part, arm, welded, accepted, untold, tuple(plan["no_program"].values()), tuple(faults))

@@ -32,7 +32,6 @@ def test_a_whole_plan_has_no_fault(arm, part, tmp_path, results):
     if part in ASSEMBLIES and not STEP.is_dir():
         pytest.skip("the folder of STEP files lies beside the checkout and is not here")
     row = judged(part, arm, tmp_path, results)
-    print(row)
     assert row.faults == ()
     assert row.untold == ()
     assert row.no_program == ()
