@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from build123d import Align, Box, Cylinder, Pos, Rot, Sphere, Spline, chamfer, extrude, fillet, make_face, offset
+from build123d import Align, Axis, Box, Cylinder, Pos, Rot, Sphere, Spline, chamfer, extrude, fillet, make_face, offset
 
 from cad.kernel.to_brep import to_brep
 from wpcal.brep.trim import TrimmedFaces
@@ -130,9 +130,14 @@ def padded() -> Any:
     return plate
 
 
+def ring_with_floor(foot_mm: float) -> Any:
+    """Return a low ring with round corners and a floor with a bore, which may go on beyond the ring as a foot."""
+    outer, inner = (fillet(Box(x, x - 10, 32, align=LOW).edges().filter_by(Axis.Z), x / 5) for x in (90, 72))
+    return outer - Pos(0, 0, 6) * inner + Box(foot_mm, foot_mm, 6, align=LOW) - Cylinder(9, 40)
+
+
 def small_tee(scale: float) -> Any:
-    tee = Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, 4, 60, align=LOW)
-    return tee.scale(scale)
+    return (Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, 4, 60, align=LOW)).scale(scale)
 
 
 @pytest.mark.parametrize(
@@ -142,13 +147,13 @@ def small_tee(scale: float) -> Any:
         (tray, "it is of one thickness, with free-form sheet: it looks pressed or moulded"),
         (tongue, "it is one plate with steps or pads: it looks milled or printed"),
         (padded, "none of its inner corners is between two of its members: it looks milled or printed"),
+        (lambda: ring_with_floor(60), "it is a low ring with a floor in it: its pocket looks milled or printed"),
+        (lambda: ring_with_floor(150), None),
         (lambda: small_tee(0.5), "it is 167 mm long with a wall of 2.0 mm: it looks moulded or printed"),
         (lambda: small_tee(0.7), None),
     ],
 )
-def test_free_form_sheet_is_pressed_and_what_is_small_or_stepped_is_milled(
-    made: Callable[[], Any], why: str | None
-) -> None:
+def test_what_looks_pressed_milled_or_printed_has_no_seam(made: Callable[[], Any], why: str | None) -> None:
     graph = to_brep([("S", made().solid().wrapped)])
     assert any(seam.accepted for seam in detect_seams(graph)) == (why is None)
     assert [one[2] for one in find_whole_solids(graph, TrimmedFaces.of(graph))] == ([why] if why else [])

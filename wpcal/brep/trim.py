@@ -7,9 +7,10 @@ also works on closed surfaces, where counting crossings fails.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
-from typing import Any
+from functools import cached_property, wraps
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -353,3 +354,20 @@ def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> 
     share = np.clip(along / np.where(square > 0, square, 1.0), 0.0, 1.0)
     off = r - share[:, None] * d
     return np.asarray(np.sqrt(np.einsum("ki,ki->k", off, off)), dtype=np.float64)
+
+
+T = TypeVar("T")
+
+
+def once_per_solid(find: Callable[[BrepGraph, TrimmedFaces, int], T]) -> Callable[[BrepGraph, TrimmedFaces, int], T]:
+    """Let what is found about a solid be found once, and kept in `TrimmedFaces.known`."""
+
+    @wraps(find)
+    def found(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> T:
+        key = (find.__qualname__, solid)
+        if key not in trimmed.known:
+            trimmed.known[key] = find(graph, trimmed, solid)
+        known: T = trimmed.known[key]
+        return known
+
+    return found

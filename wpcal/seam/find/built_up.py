@@ -15,7 +15,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.surfaces import off_axis, project_to_faces, square_to, unit
-from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.tubes import find_tubes
 
@@ -68,7 +68,7 @@ def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: 
     `but`: shape (F,). Faces that do not count.
     """
     counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
-    lines, share = _Lines.known(trimmed, solid), 0.0
+    lines, share = _lines_through(graph, trimmed, solid), 0.0
     for count, clearly in LOOKS:
         share = lines.share(graph, trimmed, counted, count)
         if share < LEAST_BUILT_UP - clearly:
@@ -95,7 +95,7 @@ class Surface:
 
 def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surface:
     """Return about `POINTS` points on the surface of a solid, or `POINTS_A_FACE` for each face if these are more."""
-    lines, own = _Lines.known(trimmed, solid), graph.face_solid == solid
+    lines, own = _lines_through(graph, trimmed, solid), graph.face_solid == solid
     sent = lines.send(graph, trimmed, own, max(POINTS, POINTS_A_FACE * int(own.sum())))
     rows = np.flatnonzero(np.linalg.norm(lines.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE)
     mm2 = 2.0 * np.pi * lines.radius**2 / (sent * LINES)
@@ -126,20 +126,6 @@ class _Lines:
     #: shape (F,). Of faces of round tubes, the thickness of the wall, mm; otherwise not a number. Found when it is
     #: asked for.
     walls: FloatArray | None = None
-
-    @classmethod
-    def known(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
-        """Return the lines through a solid that were sent before, or new ones."""
-        if ("lines", solid) not in trimmed.known:
-            trimmed.known["lines", solid] = cls.through(trimmed, solid)
-        lines: _Lines = trimmed.known["lines", solid]
-        return lines
-
-    @classmethod
-    def through(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
-        own = trimmed.graph.face_solid == solid
-        low, high = trimmed.face_box[0][own].min(axis=0), trimmed.face_box[1][own].max(axis=0)
-        return cls(solid, (low + high) / 2, float(np.linalg.norm(high - low)) / 2, np.random.default_rng(0))
 
     def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> float:
         """Return the share of `built_up_share` after so many hits on the counted faces."""
@@ -210,6 +196,13 @@ class _Lines:
                 across = (there + back) * np.abs(np.einsum("ki,ki->k", way, n0))
             opposite = np.einsum("ki,ki->k", n0, n1) < OPPOSITE_COS
             self.across[rows, number] = np.where(opposite, across, np.inf)
+
+
+@once_per_solid
+def _lines_through(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> _Lines:
+    own = graph.face_solid == solid
+    low, high = trimmed.face_box[0][own].min(axis=0), trimmed.face_box[1][own].max(axis=0)
+    return _Lines(solid, (low + high) / 2, float(np.linalg.norm(high - low)) / 2, np.random.default_rng(0))
 
 
 def way_out(

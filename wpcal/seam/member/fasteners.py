@@ -16,7 +16,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis, project_to_faces, square_to
-from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.built_up import ROUND_KINDS
 from wpcal.seam.member.prisms import Prism, find_prisms
@@ -114,15 +114,11 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
     }
 
 
+@once_per_solid
 def screw_faces(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
-    """Return the faces of bolts and screws that are one body with more; found once, kept in `trimmed.known`."""
-    key = ("screws", solid)
-    if key not in trimmed.known:
-        own, prisms = np.flatnonzero(graph.face_solid == solid), find_prisms(graph, trimmed, solid)
-        screws = (*_hexagons(graph, trimmed, own, prisms), *_headed_pins(graph, trimmed, own))
-        trimmed.known[key] = frozenset(screws)
-    found: frozenset[int] = trimmed.known[key]
-    return found
+    """Return the faces of bolts and screws that are one body with more."""
+    own, prisms = np.flatnonzero(graph.face_solid == solid), find_prisms(graph, trimmed, solid)
+    return frozenset((*_hexagons(graph, trimmed, own, prisms), *_headed_pins(graph, trimmed, own)))
 
 
 def _hexagons(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray, prisms: Iterable[Prism]) -> Iterator[int]:

@@ -143,6 +143,20 @@ class Decomposition:
         return any(one & other for one, other in pairs)
 
     @property
+    def is_pocket(self) -> bool:
+        """Tell whether there is one ring, lower than wide, and plates across it that do not reach beyond it.
+
+        A floor that is welded to a piece of tube is a foot, and wider than the tube, or a cap on a long one.
+        """
+        rings = [one for one in self.members if one.kind is MemberKind.TUBE]
+        floors = [one for one in self.members if one.kind is MemberKind.PLATE]
+        if len(rings) != 1 or not floors or len(floors) != len(self.members) - 1:
+            return False
+        (ring,), most_mm = rings, np.sqrt(np.prod(rings[0].section))
+        across = all(abs(one.axis @ ring.axis) > ON_COS and one.section[1] < most_mm for one in floors)
+        return bool(across and ring.length_mm < ring.section[0])
+
+    @property
     def are_parallel_plates(self) -> bool:
         """Tell whether there is nothing but parallel plates."""
         axes = np.array([one.axis for one in self.members]).reshape(-1, 3)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.built_up import Surface, sampled_surface
 from wpcal.seam.member.hypotheses import find_hypotheses
@@ -23,16 +23,9 @@ LEAST_OF_FACE = 0.8  #: A member explains a face if it explains more than this s
 MOST_HYPOTHESES = 400  #: Of a solid; the largest are kept.
 
 
+@once_per_solid
 def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposition:
-    """Take a solid apart; done once, and kept in `trimmed.known`."""
-    key = ("members", solid)
-    if key not in trimmed.known:
-        trimmed.known[key] = _take_apart(graph, trimmed, solid)
-    found: Decomposition = trimmed.known[key]
-    return found
-
-
-def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposition:
+    """Take a solid apart."""
     if not (graph.face_solid == solid).any():
         return Decomposition((), 0.0, 0.0)
     surface = sampled_surface(graph, trimmed, solid)

@@ -16,7 +16,7 @@ from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis
-from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.wording import counted
@@ -28,7 +28,7 @@ from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.hypotheses import lugs_of
-from wpcal.seam.member.member import ON_COS, Decomposition, MemberKind
+from wpcal.seam.member.member import ON_COS, MemberKind
 from wpcal.seam.member.members import members_of
 
 LEAST_EXPLAINED = 0.94
@@ -64,7 +64,6 @@ class OnePieces:
     graph: BrepGraph
     trimmed: TrimmedFaces
     _equal: dict[bytes, str | None] = field(default_factory=dict)
-    _signatures: dict[int, bytes] = field(default_factory=dict)
 
     def why(self, solid: int) -> str | None:
         """Tell why a solid looks as if made as one piece; None if it is a member, or built up of members."""
@@ -75,14 +74,7 @@ class OnePieces:
 
     def signature(self, solid: int) -> bytes:
         """Return what equal solids have in common: the kinds of their faces, and the lengths of their edges."""
-        if solid not in self._signatures:
-            self._signatures[solid] = self._signature(solid)
-        return self._signatures[solid]
-
-    def _signature(self, solid: int) -> bytes:
-        kinds = np.bincount(self.graph.face_kind[self.graph.face_solid == solid], minlength=len(SurfaceKind))
-        lengths = np.sort(np.round(edge_lengths(self.graph)[self.graph.edge_solid == solid] / SAME_LENGTH_MM))
-        return kinds.astype(np.int64).tobytes() + lengths.astype(np.int64).tobytes()
+        return _signature(self.graph, self.trimmed, solid)
 
     def _look(self, solid: int) -> str | None:
         if _is_vessel(self.graph, self.trimmed, solid):
@@ -92,7 +84,7 @@ class OnePieces:
         why = why_one_piece(self.graph, self.trimmed, solid)
         if why is None and (share := built_up_share(self.graph, self.trimmed, solid)) < LEAST_TOUCHED:
             why = f"several members explain it, but only {share:.0%} of its surface is on plates, bars or tubes"
-        return None if why is None else f"{why}: it looks cast, moulded or milled"
+        return why if why is None or "it looks" in why else f"{why}: it looks cast, moulded or milled"
 
     def _is_turned(self, solid: int) -> bool:
         """Tell whether nearly the whole surface is round about one axis, holes and keyways left out."""
@@ -103,6 +95,13 @@ class OnePieces:
         points = sampled_surface(graph, self.trimmed, solid).face
         fits = np.isin(points, faces[round_ | hollow[faces]])
         return bool(round_.any() and len(fits) and fits.mean() >= LEAST_BUILT_UP)
+
+
+@once_per_solid
+def _signature(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bytes:
+    kinds = np.bincount(graph.face_kind[graph.face_solid == solid], minlength=len(SurfaceKind))
+    lengths = np.sort(np.round(edge_lengths(graph)[graph.edge_solid == solid] / SAME_LENGTH_MM))
+    return kinds.astype(np.int64).tobytes() + lengths.astype(np.int64).tobytes()
 
 
 def _is_vessel(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
@@ -118,38 +117,95 @@ def _is_vessel(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     return bool(closed.any() and is_deep and radius.max() - inner < VESSEL_WALL * 2.0 * inner)
 
 
+@once_per_solid
 def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment.
-
-    Strips that may be beads do not count. Found once, and kept in `trimmed.known`.
-    """
-    key = ("one piece", solid)
-    if key not in trimmed.known:
-        trimmed.known[key] = _why_one_piece(graph, trimmed, solid)
-    why: str | None = trimmed.known[key]
-    return why
+    """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment."""
+    return _why_unexplained(graph, trimmed, solid) or _why_whole(graph, trimmed, solid)
 
 
-def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    if is_turned(graph, solid):
-        return "all its faces are round about one axis, as on a turned part"
+@once_per_solid
+def _why_whole(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    """Tell why no corner of a solid was welded, not even one between slender members; None if one may be."""
+    return next(filter(None, (why(graph, trimmed, solid) for why in WHOLE)), None)
+
+
+def _why_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> str | None:
+    return "all its faces are round about one axis, as on a turned part" if is_turned(graph, solid) else None
+
+
+@once_per_solid
+def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    """Tell which share of a solid is on plates, bars and tubes, if that is too little; strips may be beads."""
+    if members_of(graph, trimmed, solid).straight_share >= LEAST_EXPLAINED:
+        return None
     found = find_strips(graph, trimmed, np.arange(len(graph.solid_names)) == solid)
     strips = drawn_beads(graph, found)
     strips[[strip.face for strip in found]] = True
     share = built_up_share(graph, trimmed, solid, but=strips)
-    members = members_of(graph, trimmed, solid)
-    if share < LEAST_BUILT_UP and members.straight_share < LEAST_EXPLAINED:
-        return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
-    if share < LEAST_BUILT_UP and members.is_moulded:
-        return _walls(members)
-    return _why_timber(members)
+    words = f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
+    return words if share < LEAST_BUILT_UP else None
 
 
-def _why_timber(found: Decomposition) -> str | None:
+def _why_thin_walled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    found = members_of(graph, trimmed, solid)
+    thin = min((one.thickness_mm for one in found.members), default=0.0)
+    return f"it has walls of {thin:.1f} mm and no slender plate, bar or tube" if found.is_moulded else None
+
+
+def _why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    found = members_of(graph, trimmed, solid)
     slab = next((one for one in found.members if one.is_slab), None)
     if slab is None or found.is_box or any(one.thickness_mm < THIN_MM or one.is_hollow for one in found.members):
         return None
     return f"it has a slab {slab.thickness_mm:.0f} mm thick, and nothing under {THIN_MM:g} mm: it looks like timber"
+
+
+def _why_pressed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    """Tell whether a formed sheet has a free-form face that does not close on itself, as those of bent tubes do."""
+    found = members_of(graph, trimmed, solid)
+    sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
+    closed = graph.edge_faces[graph.is_seam_edge]
+    if not ((graph.face_kind[sheets] == SurfaceKind.NURBS) & ~np.isin(sheets, closed)).any():
+        return None
+    if found.straight_share < LEAST_STRAIGHT:
+        return "it is mostly free-form sheet: it looks pressed or moulded"
+    return "it is of one thickness, with free-form sheet: it looks pressed or moulded" if found.is_of_one_wall else None
+
+
+def _why_small(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    """Tell how many plates, bars and sheets are as small and thin as `SMALL_MM` says, bolts left out, if many are."""
+    members, bolts = members_of(graph, trimmed, solid).members, screw_faces(graph, trimmed, solid)
+    kinds = (MemberKind.PLATE, MemberKind.BAR, MemberKind.SHEET)
+    cut = [one for one in members if one.kind in kinds and one.thickness_mm <= SMALL_THICK_MM]
+    small = sum(max(one.section[1], one.length_mm) < SMALL_MM and not one.faces <= bolts for one in cut)
+    if small < MANY_SMALL or small <= SMALL_SHARE * len(members):
+        return None
+    return f"{small} of its {len(members)} members are below {SMALL_MM:g} mm: it looks moulded or printed"
+
+
+def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    found = members_of(graph, trimmed, solid)
+    if found.is_stepped_plate:
+        return "it is one plate with steps or pads: it looks milled or printed"
+    if found.is_pocket:
+        return "it is a low ring with a floor in it: its pocket looks milled or printed"
+    corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid) if not found.is_inside(*faces)]
+    is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) for one in found.members)
+    is_joint = any(found.is_joint(*faces) for faces in corners)
+    words = "none of its inner corners is between two of its members: it looks milled or printed"
+    return words if is_flat and corners and not is_joint else None
+
+
+def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
+    size = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
+    thin = min((one.thickness_mm for one in members_of(graph, trimmed, solid).members), default=TINY_WALL_MM)
+    words = f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed"
+    return words if size < TINY_MM and thin < TINY_WALL_MM else None
+
+
+WHOLE = (_why_turned, _why_thin_walled, _why_timber, _why_pressed, _why_small, _why_milled)
+"""Reasons why a solid is not built up, whatever its members explain, in the order in which they are asked."""
 
 
 def are_welded_corners(
@@ -174,22 +230,13 @@ def are_welded_corners(
     return np.asarray(found & ~np.isin(wall, bolts) & ~np.isin(base, bolts))
 
 
+@once_per_solid
 def _slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[tuple[int, int]]:
     """Return the pairs of faces at corners between two slender members; none if most of its other corners are not.
 
-    Corners inside members do not count. Found once, and kept in `trimmed.known`.
+    Corners inside members do not count.
     """
-    key = ("slender pairs", solid)
-    if key not in trimmed.known:
-        trimmed.known[key] = _find_slender_pairs(graph, trimmed, solid)
-    pairs: frozenset[tuple[int, int]] = trimmed.known[key]
-    return pairs
-
-
-def _find_slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[tuple[int, int]]:
     found = members_of(graph, trimmed, solid)
-    if is_turned(graph, solid) or _why_timber(found) is not None:
-        return frozenset()
     corners, pairs, between_mm, other_mm = _inner_corners(graph, trimmed, solid), set(), 0.0, 0.0
     for wall, base, mm in corners:
         if found.is_between(wall, base):
@@ -233,64 +280,11 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
-        found[row] = _why_formed(graph, trimmed, solid) is None
+        found[row] = _why_whole(graph, trimmed, solid) is None and _why_tiny(graph, trimmed, solid) is None
         if found[row] and touched[solid]:
             is_stepped = members_of(graph, trimmed, solid).are_parallel_plates
             found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
     return solids[found]
-
-
-def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    """Tell why a solid looks pressed, moulded or printed with its corners, whatever explains it; None if it does not.
-
-    It is mostly free-form sheet, or has free-form sheet and one thickness; is too thin for an arc, or has many small
-    and thin members.
-    """
-    found = members_of(graph, trimmed, solid)
-    if _has_free_form(graph, found) and found.straight_share < LEAST_STRAIGHT:
-        return "it is mostly free-form sheet: it looks pressed or moulded"
-    if _has_free_form(graph, found) and found.is_of_one_wall:
-        return "it is of one thickness, with free-form sheet: it looks pressed or moulded"
-    if found.is_moulded:
-        return _walls(found)
-    small = _count_small(found, screw_faces(graph, trimmed, solid))
-    if small >= MANY_SMALL and small > SMALL_SHARE * len(found.members):
-        return f"{small} of its {len(found.members)} members are below {SMALL_MM:g} mm: it looks moulded or printed"
-    return _why_milled(graph, trimmed, solid, found)
-
-
-def _has_free_form(graph: BrepGraph, found: Decomposition) -> bool:
-    """Tell whether a formed sheet has a free-form face that does not close on itself, as those of bent tubes do."""
-    sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
-    closed = graph.edge_faces[graph.is_seam_edge]
-    return bool(((graph.face_kind[sheets] == SurfaceKind.NURBS) & ~np.isin(sheets, closed)).any())
-
-
-def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, found: Decomposition) -> str | None:
-    """Tell why a solid looks milled or printed by its steps, pads and size; None if it does not."""
-    if found.is_stepped_plate:
-        return "it is one plate with steps or pads: it looks milled or printed"
-    corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid) if not found.is_inside(*faces)]
-    is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) for one in found.members)
-    if is_flat and corners and not any(found.is_joint(*faces) for faces in corners):
-        return "none of its inner corners is between two of its members: it looks milled or printed"
-    low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
-    size = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
-    thin = min((one.thickness_mm for one in found.members), default=TINY_WALL_MM)
-    is_tiny = size < TINY_MM and thin < TINY_WALL_MM
-    return f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed" if is_tiny else None
-
-
-def _count_small(found: Decomposition, bolts: frozenset[int]) -> int:
-    """Return how many plates, bars and sheets are as small and thin as `SMALL_MM` says, bolts left out."""
-    kinds = (MemberKind.PLATE, MemberKind.BAR, MemberKind.SHEET)
-    cut = [one for one in found.members if one.kind in kinds and one.thickness_mm <= SMALL_THICK_MM]
-    return sum(max(one.section[1], one.length_mm) < SMALL_MM and not one.faces <= bolts for one in cut)
-
-
-def _walls(found: Decomposition) -> str:
-    thin = min(one.thickness_mm for one in found.members)
-    return f"it has walls of {thin:.1f} mm and no slender plate, bar or tube"
 
 
 def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
@@ -347,12 +341,8 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
 
 
 def _why_none_is_welded(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    if (why := why_one_piece(graph, trimmed, solid)) is not None:
-        return why
-    if (why := _why_formed(graph, trimmed, solid)) is not None:
-        return why
-    screwed = "those that may be welds are round bolts or screws"
-    return None if _inner_corners(graph, trimmed, solid) else screwed
+    screwed = None if _inner_corners(graph, trimmed, solid) else "those that may be welds are round bolts or screws"
+    return why_one_piece(graph, trimmed, solid) or _why_tiny(graph, trimmed, solid) or screwed
 
 
 def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:

@@ -15,7 +15,7 @@ import numpy as np
 from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import square_to
-from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 SAME_WAY = 1e-5  #: Directions whose coordinates agree within this are one.
@@ -64,15 +64,10 @@ class Prism:
         return np.sort(np.ptp(q @ np.array([x, [-x[1], x[0]]]).T, axis=0))
 
 
+@once_per_solid
 def find_prisms(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> tuple[Prism, ...]:
-    """Find the prismatic stretches of a solid; found once, and kept in `trimmed.known`."""
-    key = ("stretches", solid)
-    if key not in trimmed.known:
-        trimmed.known[key] = tuple(
-            stretch for way in _ways(graph, solid) for stretch in _along(graph, trimmed, solid, way)
-        )
-    found: tuple[Prism, ...] = trimmed.known[key]
-    return found
+    """Find the prismatic stretches of a solid."""
+    return tuple(stretch for way in _ways(graph, solid) for stretch in _along(graph, trimmed, solid, way))
 
 
 def _lines(graph: BrepGraph, solid: int) -> IntArray:
