@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from build123d import Align, Axis, Box, Cylinder, Pos, Rot, Sphere, Spline, chamfer, extrude, fillet, make_face, offset
+from build123d import Align, Axis, Box, Cylinder, Pos, Rot, Spline, chamfer, extrude, fillet, make_face, offset
 
 from cad.kernel.to_brep import to_brep
 from wpcal.brep.trim import TrimmedFaces
@@ -32,11 +32,6 @@ def casting() -> Any:
     body = Box(120, 60, 24, align=LOW) + Pos(0, 0, 50) * Rot(90, 0, 0) * Cylinder(40, 60)
     body += Pos(0, 0, 70) * Cylinder(15, 35, align=LOW)
     return body - Pos(0, 0, 50) * Rot(90, 0, 0) * Cylinder(24, 70)
-
-
-def moulding() -> Any:
-    """Return a thick handle with a pocket and a dome."""
-    return Box(90, 40, 30, align=LOW) - Pos(10, 0, 12) * Box(50, 22, 40, align=LOW) + Pos(-30, 0, 30) * Sphere(18)
 
 
 def pad() -> Any:
@@ -159,7 +154,7 @@ def test_what_looks_pressed_milled_or_printed_has_no_seam(made: Callable[[], Any
     assert [one[2] for one in find_whole_solids(graph, TrimmedFaces.of(graph))] == ([why] if why else [])
 
 
-CAST, CUT = (clevis, casting, moulding), (pad, rounded_plate, flange, hub, mitred_angle, stub)
+CAST, CUT = (clevis, casting), (pad, rounded_plate, flange, hub, mitred_angle, stub)
 
 
 @pytest.mark.parametrize("made", [*CAST, *CUT])
