@@ -34,8 +34,7 @@ pytestmark = pytest.mark.usefixtures("kernel_here")
 
 TORCHES = (*sorted(each.shape.name for each in shipped_torches()), "on its flange")
 FIRST = (("robot-22", 9), ("robot-22", 26), ("robot-45", 78))
-"""A push runs the first, a small one. In 26 a cone grazes an edge; in 78 one is 5 µm in front of a mouth, nearer than
-triangles can tell: both have unit tests."""
+"""A push runs the first. In 26 a cone grazes an edge; in 78 one is 5 µm in front of a mouth: both have unit tests."""
 CASES = (*FIRST, *(each for each in product(TORCHES, range(200)) if each not in FIRST))
 
 

@@ -67,14 +67,15 @@ class Changed:
     """A file of a result folder that is not as it was written."""
 
     name: str
-    listed_in: str  #: The file with its SHA-256.
+    listed_in: str  #: The file with its SHA-256; of ``job.json``, which has none, the one that states the same.
     field: str  #: The first value that was changed; empty if no other file of the folder states it.
 
     def __str__(self) -> str:
         """Say it after the name of the file."""
         where = f", at {self.field}" if self.field else ""
         edited = ", with --seams for edited seams" * (self.name == SEAMS_FILE)
-        what = f"was changed after wpcal calibrate wrote it{where} (SHA-256 in {self.listed_in})"
+        by = "values" if self.name == JOB_FILE else "SHA-256"
+        what = f"was changed after wpcal calibrate wrote it{where} ({by} in {self.listed_in})"
         return f"{what}; calibrate again{edited}"
 
 
@@ -88,6 +89,8 @@ def changed_files(folder: Path, names: Iterable[str] | None = None) -> Iterator[
     for name in hashes if names is None else names:
         if name in hashes and holds_file(folder, name) and _sha256(folder / name) != hashes[name]:
             yield Changed(name, source, _changed_value(folder, name, hashes))
+    if names is None and source == JOB_FILE and (value := _changed_value(folder, JOB_FILE, hashes)):
+        yield Changed(JOB_FILE, CALIBRATION_FILE, value)
 
 
 def require_as_written(path: Path, *, also: Iterable[str] = ()) -> str | None:
@@ -133,7 +136,7 @@ def _changed_value(folder: Path, name: str, hashes: Mapping[str, str]) -> str:
     """Return the first value of a changed file that a file that is not changed states otherwise; empty without one."""
     try:
         mine = _stated(name, read_bytes(folder / name))
-        for other in (TABLE_FILE, SEAMS_FILE, PAGE_FILE):
+        for other in (TABLE_FILE, SEAMS_FILE, PAGE_FILE, CALIBRATION_FILE):
             data = read_bytes(folder / other) if other != name and holds_file(folder, other) else b""
             if data and sha256_of(data) == hashes.get(other):
                 for each in walk_records(*_of_both(mine, _stated(other, data)), ""):
@@ -170,14 +173,23 @@ def _stated(name: str, data: bytes) -> dict[str, Any]:
     if name == PAGE_FILE:
         page = json.loads(data.decode().partition('id="data">')[2].partition("</script>")[0])
         return {"calibration": page["calibration"], "seams": page["seams"]}
-    if name not in (CALIBRATION_FILE, SEAMS_FILE):
+    if name not in (CALIBRATION_FILE, SEAMS_FILE, JOB_FILE):
         return {}
-    record = json.loads(data)
+    record: dict[str, Any] = json.loads(data)
+    if name == JOB_FILE:
+        return {**record["result"], "pose": record["result"]["pose"]["xyz_mm"]}
     pose = {"T_base_part": record.get("T_base_part")}
     if name == CALIBRATION_FILE:
-        return {"calibration": record, "pose": pose}
+        worst = max(record["points"], key=lambda point: point["distance_mm"])
+        own = {
+            "worst_residual_mm": worst["distance_mm"],
+            "worst_point": worst["name"],
+            "bound_mm": record["lower_bound_mm"],
+        }
+        own |= {"verdict": record["verdict"], "objective_mm": record["objective_mm"]}
+        return {"calibration": record, "placed": pose, **own, "pose": [row[3] for row in record["T_base_part"][:3]]}
     heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in record["seams"]]
-    return {"frames": _rows(seams_csv(record)), "seams": heads, "pose": pose}
+    return {"frames": _rows(seams_csv(record)), "seams": heads, "placed": pose}
 
 
 def _rows(table: str) -> dict[str, dict[str, str]]:

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 
 from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
 from wpcal.controllers.language.naming import NameRules, reserved_words
+from wpcal.controllers.language.post import metres_per_second
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe_path, part_frame
@@ -66,9 +67,7 @@ class _Pdl2(WeldWriter):
             program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS, is_zyz=True
         )
 
-    @property
-    def air(self) -> str:
-        return f"{self.program.motion.air_speed_mm_s / 1000.0:g}"
+    speed_of = staticmethod(metres_per_second)
 
     def files(self) -> dict[str, str]:
         points, routines, calls = self._points(), list[str](), list[str]()
@@ -130,7 +129,7 @@ class _Pdl2(WeldWriter):
         return [*head, *self.seam(path, self.labels(path), SWITCH.around(path, self.program.arc))]
 
     def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
-        speed = f"  $LIN_SPD := {self.program.weld_speed_mm_s(path) / 1000.0:g}"
+        speed = f"  $LIN_SPD := {metres_per_second(self.program.weld_speed_mm_s(path))}"
         return [speed, *super().weld_moves(path, along)]
 
     def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:

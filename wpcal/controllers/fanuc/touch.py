@@ -72,9 +72,7 @@ class _TpTouches(TouchWriter):
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"P[{number}]" for number in range(first, first + len(steps.p))]
 
-    @property
-    def air(self) -> str:
-        return tp_speed(self.setup.air_speed_mm_s)
+    speed_of = staticmethod(tp_speed)
 
     def files(self) -> dict[str, str]:
         setup = self.setup.fanuc

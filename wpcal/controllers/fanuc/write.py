@@ -183,9 +183,7 @@ class _Tp(JobWriter):
         by = [f"by PR[{FRAME_REGISTER}], which it overwrites"] if self.program.controller.frame_number else []
         return [*super()._frame_in_words(), *by]
 
-    @property
-    def air(self) -> str:
-        return tp_speed(self.program.motion.air_speed_mm_s)
+    speed_of = staticmethod(tp_speed)
 
     def remarks(self, lines: Sequence[str]) -> list[str]:
         return remark_lines(lines)

@@ -45,9 +45,7 @@ class _AsTouches(TouchWriter):
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"wpt_{steps.name.lower()}{mark.lower()}" for mark in steps.marks]
 
-    @property
-    def air(self) -> str:
-        return as_speed(self.setup.air_speed_mm_s)
+    speed_of = staticmethod(as_speed)
 
     def files(self) -> dict[str, str]:
         tool = own_name(self.controller.tool_name, NAMES, what="tool")

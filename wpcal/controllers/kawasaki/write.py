@@ -101,9 +101,7 @@ class _As(WeldWriter):
         self.conditions = conditions(program)
         self.T_base_frame = as_frame(program.T_base_part)
 
-    @property
-    def air(self) -> str:
-        return as_speed(self.program.motion.air_speed_mm_s)
+    speed_of = staticmethod(as_speed)
 
     @property
     def frames(self) -> list[str]:

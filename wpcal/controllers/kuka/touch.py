@@ -35,6 +35,7 @@ from wpcal.controllers.kuka.write import (
     krl_frame_text,
 )
 from wpcal.controllers.language.naming import safe_name
+from wpcal.controllers.language.post import metres_per_second
 from wpcal.controllers.language.rounding import zyx_degrees
 from wpcal.controllers.language.touch import Numbers, SearchText, TouchWriter
 from wpcal.controllers.program.in_run import Term
@@ -64,9 +65,7 @@ class _KrlTouches(TouchWriter):
     way_points = WAY
     frame_as_written = staticmethod(krl_frame)
 
-    @property
-    def air(self) -> str:
-        return f"{self.setup.air_speed_mm_s / 1000.0:g}"  # $VEL.CP is in m/s
+    speed_of = staticmethod(metres_per_second)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"WPT_{steps.name}_{mark}" for mark in steps.marks]
@@ -78,7 +77,7 @@ class _KrlTouches(TouchWriter):
         names = {"header": header, "signal": signal, "air": self.air, "percent": JOINT_PERCENT, "act_lines": act_lines}
         names["weld"] = safe_name(self.controller.program_name, NAMES)
         names |= {"seen": self._seen, "gains": _gains, "frame": krl_frame_text(self.frame)}
-        names["near"] = f"{self.setup.approach_speed_mm_s / 1000.0:g}"
+        names["near"] = metres_per_second(self.setup.approach_speed_mm_s)
         names |= {"interrupt": self._interrupt, "sensor": self.setup.krl.sensor, "home": self.home(HOME, "")}
         data = self.lines("touch_data", header=header, frame=krl_frame_text(self.frame), data=self._data(known))
         source = self.lines("touch", **names, **self.sensing(signal, enable))

@@ -22,6 +22,7 @@ from wpcal.controllers.kuka.arc import LONGEST_PREFIX, SWITCH, fold_data, fold_m
 from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.language.emit import WeldWriter
 from wpcal.controllers.language.naming import NameRules, reserved_words, safe_name, safe_names
+from wpcal.controllers.language.post import metres_per_second
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import part_frame
@@ -107,9 +108,7 @@ class _Krl(WeldWriter):
         self.T_base_frame = krl_frame(program.T_base_part)
         self.forms = forms_of([program.posture_of(poses) for poses in program.groups])
 
-    @property
-    def air(self) -> str:
-        return f"{self.program.motion.air_speed_mm_s / 1000.0:g}"  # $VEL.CP is in m/s
+    speed_of = staticmethod(metres_per_second)
 
     @property
     def percent(self) -> float:
@@ -229,7 +228,7 @@ class _Krl(WeldWriter):
         program, air, folds = self.program, f"$VEL.CP={self.air}", has_folds(path, self.program)
         around = replace(
             SWITCH.around(path, None if folds else program.arc),
-            start={"speed": f"{program.weld_speed_mm_s(path) / 1000.0:g}", "folds": folds},
+            start={"speed": metres_per_second(program.weld_speed_mm_s(path)), "folds": folds},
             end={"folds": folds},
             after=[air],
         )

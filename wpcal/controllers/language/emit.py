@@ -50,7 +50,7 @@ class WeldWriter(AirMoves):
     post: Post
 
     def __init__(self, program: WeldProgram) -> None:
-        self.program, self.planned = program, program.planned
+        self.program, self.planned, self.air_mm_s = program, program.planned, program.motion.air_speed_mm_s
         if program.tool_data is not None and not self.sets_tool:
             raise InputError(f"{self.names.language}: programs do not set the tool data (--set-tool): type them in")
         self.post = Post(self.format, program)

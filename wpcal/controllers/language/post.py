@@ -14,7 +14,7 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from wpcal.controllers.language.naming import in_ascii
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
@@ -126,15 +126,22 @@ class Blocks:
         return lines
 
 
+def metres_per_second(mm_s: float) -> str:
+    """Write a speed in m/s."""
+    return f"{mm_s / 1000.0:g}"
+
+
 class AirMoves:
     """Moves off seams and searches, as a language writes them."""
 
     post: Blocks
+    air_mm_s: float
+    speed_of: ClassVar[staticmethod[[float], str]]  #: Writes a speed in mm/s.
 
     @property
     def air(self) -> str:
         """The speed of linear moves."""
-        raise NotImplementedError
+        return self.speed_of(self.air_mm_s)
 
     @property
     def first(self) -> str:

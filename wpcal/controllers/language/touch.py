@@ -69,7 +69,7 @@ class TouchWriter(AirMoves):
 
     def __init__(self, program: TouchProgram) -> None:
         self.program, self.plan, self.setup, self.controller = program, program.plan, program.setup, program.controller
-        self.language = self.names.language
+        self.language, self.air_mm_s = self.names.language, self.setup.air_speed_mm_s
         self._require_language()
         self.check()
         name = program.name(self.names)

@@ -49,9 +49,7 @@ class _ScriptTouches(TouchWriter):
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return poses_in_part(steps.p, steps.R)
 
-    @property
-    def air(self) -> str:
-        return limits(self.setup.air_speed_mm_s)
+    speed_of = staticmethod(limits)
 
     def files(self) -> dict[str, str]:
         host, port = self.setup.urscript.results_host, self.setup.urscript.results_port

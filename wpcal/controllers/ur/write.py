@@ -88,9 +88,7 @@ class _Script(WeldWriter):
     calls_seams, sets_tool = False, True
     first = JOINT_LIMITS
 
-    @property
-    def air(self) -> str:
-        return limits(self.program.motion.air_speed_mm_s)
+    speed_of = staticmethod(limits)
 
     def files(self) -> dict[str, str]:
         program, self.T_base_frame = self.program, script_frame(self.program.T_base_part)

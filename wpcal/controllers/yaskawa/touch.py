@@ -61,9 +61,7 @@ class _InformTouches(TouchWriter):
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"C{number:05d}" for number in range(first, first + len(steps.p))]
 
-    @property
-    def air(self) -> str:
-        return inform_speed(self.setup.air_speed_mm_s)
+    speed_of = staticmethod(inform_speed)
 
     def files(self) -> dict[str, str]:
         setup, name, user, tool = self.setup.inform, self.name, self.setup.frame_number, self.controller.tool_number

@@ -147,9 +147,7 @@ class _Inform(JobWriter):
     format, names, longest_comment, zone_mm, language = "inform", NAMES, LONGEST_COMMENT, ZONE_MM, LANGUAGE
     first = FIRST
 
-    @property
-    def air(self) -> str:
-        return inform_speed(self.program.motion.air_speed_mm_s)
+    speed_of = staticmethod(inform_speed)
 
     @property
     def user(self) -> int:
