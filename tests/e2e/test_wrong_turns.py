@@ -39,7 +39,7 @@ TURNS = [
     ("features half.step", "the data section does not end; the file is cut off"),
     ("tee.step", "tee.step is a file; a command comes first, as in: wpcal features tee.step"),
     ("calibrate tee.step", "Missing argument 'TAUGHT'; usage: wpcal calibrate [OPTIONS] PART.step [TAUGHT]; -h ex"),
-    ("calibrate tee.step taught.csv", "Missing option '-o' / '--out'; usage: wpcal calibrate"),
+    ("calibrate tee.step taught.csv", "Missing option '-o' / '--out': Output: "),
     ("calibrate taught.csv tee.step -o new", "are two files swapped?"),
     ("calibrate tee.step table.xlsx -o new", "is a spreadsheet (or another ZIP archive): save the sheet as CSV"),
     ("calibrate tee.step excel.csv -o new", "is a spreadsheet (or another ZIP archive): save the sheet as CSV"),

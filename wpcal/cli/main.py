@@ -108,7 +108,9 @@ def _told(error: Exception) -> tuple[str, int] | None:
 
     if isinstance(error, click.MissingParameter) and error.ctx is not None:
         usage = error.ctx.get_usage().removeprefix("Usage: ")
-        return f"{error.format_message().rstrip('.')}; usage: {usage}; -h explains it", error.exit_code
+        help_of_option = getattr(error.param, "help", None)  # an argument has none
+        what = ": ".join(filter(None, [error.format_message().rstrip("."), help_of_option])).rstrip(".")
+        return f"{what}; usage: {usage}; -h explains it", error.exit_code
     if isinstance(error, click.ClickException):
         return error.format_message(), error.exit_code
     if isinstance(error, WpcalError):
