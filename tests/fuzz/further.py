@@ -24,7 +24,7 @@ from cad.batch.job_list import read_jobs, words_of
 from cad.batch.job_record import JobInputs, is_made_of, read_job_record
 from cad.batch.jobs import option_columns
 from cad.batch.request import read_pose
-from cad.batch.summary import JSONL, NUMBERS, seconds_of
+from cad.batch.summary import NUMBERS, seconds_of
 from cad.batch.summary_check import check_summary, read_summary
 from cad.pick.draft import Keyed
 from cad.pick.server import INTERNAL, build_app
@@ -42,7 +42,7 @@ from wpcal.controllers.exporters import exporter_named, exporter_names
 from wpcal.controllers.program.weld_program import build_program
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import sha256_of
-from wpcal.core.result_files import JOB_FILE
+from wpcal.core.result_files import JOB_FILE, SUMMARY_FILE
 from wpcal.core.schemas import schema_text
 from wpcal.core.version import __version__
 from wpcal.pages.cell import build_cell_page
@@ -143,7 +143,7 @@ def job_list(path: Path) -> object:
 
 def finished_job(data: bytes, path: Path) -> object:
     """Look in a folder of a batch whether a job is complete, and how long jobs took."""
-    for name in (JOB_FILE, JSONL):
+    for name in (JOB_FILE, SUMMARY_FILE):
         (path.parent / name).write_bytes(data)
     record = read_job_record(path.parent)
     inputs = JobInputs(("tee.step", "0" * 64), ("taught.csv", "0" * 64))

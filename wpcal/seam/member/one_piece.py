@@ -119,37 +119,35 @@ def _is_vessel(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
 
 @once_per_solid
 def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment."""
-    return _why_unexplained(graph, trimmed, solid) or _why_whole(graph, trimmed, solid)
+    """Tell why a solid looks cast, turned or of timber; None if it may be a weldment, or was cut, bent or milled."""
+    return next(filter(None, (why(graph, trimmed, solid) for why in CAST)), None)
 
 
 @once_per_solid
-def _why_whole(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     """Tell why no corner of a solid was welded, not even one between slender members; None if one may be."""
-    return next(filter(None, (why(graph, trimmed, solid) for why in WHOLE)), None)
+    return next(filter(None, (why(graph, trimmed, solid) for why in FORMED)), None)
 
 
 def _why_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> str | None:
     return "all its faces are round about one axis, as on a turned part" if is_turned(graph, solid) else None
 
 
-@once_per_solid
 def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     """Tell which share of a solid is on plates, bars and tubes, if that is too little; strips may be beads."""
-    if members_of(graph, trimmed, solid).straight_share >= LEAST_EXPLAINED:
+    members = members_of(graph, trimmed, solid)
+    if members.straight_share >= LEAST_EXPLAINED and not members.is_moulded:
         return None
     found = find_strips(graph, trimmed, np.arange(len(graph.solid_names)) == solid)
     strips = drawn_beads(graph, found)
     strips[[strip.face for strip in found]] = True
     share = built_up_share(graph, trimmed, solid, but=strips)
-    words = f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
-    return words if share < LEAST_BUILT_UP else None
-
-
-def _why_thin_walled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    found = members_of(graph, trimmed, solid)
-    thin = min((one.thickness_mm for one in found.members), default=0.0)
-    return f"it has walls of {thin:.1f} mm and no slender plate, bar or tube" if found.is_moulded else None
+    if share >= LEAST_BUILT_UP:
+        return None
+    if members.straight_share >= LEAST_EXPLAINED:
+        thin = min(one.thickness_mm for one in members.members)
+        return f"it has walls of {thin:.1f} mm and no slender plate, bar or tube"
+    return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
 
 
 def _why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
@@ -204,8 +202,10 @@ def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None
     return words if size < TINY_MM and thin < TINY_WALL_MM else None
 
 
-WHOLE = (_why_turned, _why_thin_walled, _why_timber, _why_pressed, _why_small, _why_milled)
-"""Reasons why a solid is not built up, whatever its members explain, in the order in which they are asked."""
+CAST = (_why_turned, _why_unexplained, _why_timber)
+"""Reasons why a solid is not built up, as they are asked; those without "it looks" in them are of castings."""
+FORMED = (_why_pressed, _why_small, _why_milled, _why_tiny)
+"""Reasons why its own corners are no welds. It may be welded to others: a milled plate is a member."""
 
 
 def are_welded_corners(
@@ -280,7 +280,7 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
-        found[row] = _why_whole(graph, trimmed, solid) is None and _why_tiny(graph, trimmed, solid) is None
+        found[row] = not any(why(graph, trimmed, solid) for why in (_why_turned, _why_timber, _why_formed))
         if found[row] and touched[solid]:
             is_stepped = members_of(graph, trimmed, solid).are_parallel_plates
             found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
@@ -342,7 +342,7 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
 
 def _why_none_is_welded(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     screwed = None if _inner_corners(graph, trimmed, solid) else "those that may be welds are round bolts or screws"
-    return why_one_piece(graph, trimmed, solid) or _why_tiny(graph, trimmed, solid) or screwed
+    return why_one_piece(graph, trimmed, solid) or _why_formed(graph, trimmed, solid) or screwed
 
 
 def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:
