@@ -109,7 +109,7 @@ class SecondJudge:
                 tips = self.tool(start + np.linspace(0.0, 1.0, count + 1)[:, None] * (goal - start))[:, :3, 3]
                 count = max(count, int(np.ceil(np.linalg.norm(np.diff(tips, axis=0), axis=1).max() / STEP_MM)) * count)
                 yield from ((number, False, start + t * (goal - start)) for t in np.linspace(0.0, 1.0, count + 1))
-                q = goal
+                q, self.slopes = goal, None  # those of another posture would lead to another one
                 continue
             assert q is not None
             goal_T = self.tool(np.radians(step.joints)) if step.joints is not None else step.goal
