@@ -190,8 +190,8 @@ def _scale(problem: FitProblem, fit: CriterionFit, found: Diagnosis) -> tuple[Sc
 
 def _remedy(other: CriterionFit, fit: CriterionFit, points: FloatArray, tolerance_mm: float, word: str) -> str:
     """Say that another criterion has the seams within the tolerance, or nothing."""
-    errors = other.budget.joint_errors(other.T.apply(points))
-    if other.criterion is fit.criterion or (error := errors.error_95_mm) > tolerance_mm:
+    is_same = other.criterion is fit.criterion
+    if is_same or (error := other.budget.joint_errors(other.T.apply(points)).error_95_mm) > tolerance_mm:
         return ""
     return f"--criterion {other.criterion.value} predicts {error:.3g} mm from the same {plural(word)}"
 
