@@ -11,7 +11,7 @@ from pathlib import Path
 from wpcal.core.cells import number_in_cell
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.numbers import NUMBER
-from wpcal.core.result_files import SUMMARY_FILE
+from wpcal.core.result_files import SUMMARY_FILE, SUMMARY_TABLE
 from wpcal.core.tables import read_table
 from wpcal.core.wording import listed, shown
 
@@ -22,8 +22,7 @@ LONGEST_NAME = 200  #: Bytes of a job's name: file systems allow 255.
 NO_NAMES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("com", "lpt") for k in range(1, 10))})
 """Names that Windows keeps for devices: a folder of results is copied from one system to another."""
 NOT_IN_NAMES = frozenset('/\\:*?"<>|')
-CSV = "summary.csv"
-OWN_NAMES = frozenset({SUMMARY_FILE, CSV})  #: Files that a batch writes beside the folders.
+OWN_NAMES = frozenset({SUMMARY_FILE, SUMMARY_TABLE})  #: Files that a batch writes beside the folders.
 OF_THE_BATCH = {
     "out": "every job is written to OUT/JOB, and OUT is the option --out of wpcal batch",
     "force": "results are kept; --resume of wpcal batch replaces what has other inputs",

@@ -17,10 +17,10 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from cad.batch.job_list import CSV, Job
+from cad.batch.job_list import Job
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import InputError
-from wpcal.core.result_files import SUMMARY_FILE, SUMMARY_SCHEMA
+from wpcal.core.result_files import SUMMARY_FILE, SUMMARY_SCHEMA, SUMMARY_TABLE
 from wpcal.core.whole_folder import flush
 
 FAILED = "ERROR"  #: In place of a verdict: the job did not end with one.
@@ -109,7 +109,7 @@ class Summary:
         self._file.close()
         self._file = None
         rows = (csv_row(json.loads(line)) for line in text.splitlines())
-        self._replace(CSV, csv_text([CSV_COLUMNS, *rows]).encode())
+        self._replace(SUMMARY_TABLE, csv_text([CSV_COLUMNS, *rows]).encode())
         self._replace(SUMMARY_FILE, text)
 
     def _replace(self, name: str, data: bytes) -> None:

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from cad.batch.job_list import CSV
 from cad.batch.job_record import read_job_record
 from cad.batch.summary import CSV_COLUMNS, FAILED, NUMBERS, csv_row
 from wpcal.core.csv_text import csv_text
@@ -16,7 +15,7 @@ from wpcal.core.errors import FormatError
 from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
-from wpcal.core.result_files import JOB_FILE, SUMMARY_FILE, SUMMARY_SCHEMA
+from wpcal.core.result_files import JOB_FILE, SUMMARY_FILE, SUMMARY_SCHEMA, SUMMARY_TABLE
 from wpcal.results.differences import Difference, differences_of, walk_records
 
 FROM_RESULT = ("verdict", *NUMBERS, "pose")  #: Fields of a line that are those of the job's result.
@@ -47,12 +46,12 @@ def check_summary(out: Path, lines: list[dict[str, Any]]) -> Iterator[Difference
     for path in sorted(out.iterdir()):
         if path.name not in known and (path / JOB_FILE).is_file():
             yield Difference(f"{SUMMARY_FILE} {path.name}", "missing", "a line, as there is a folder")
-    if not holds_file(out, CSV):
-        yield Difference(CSV, "missing", "there")
+    if not holds_file(out, SUMMARY_TABLE):
+        yield Difference(SUMMARY_TABLE, "missing", "there")
         return
-    mine, expected = read_bytes(out / CSV), csv_text([CSV_COLUMNS, *map(csv_row, lines)]).encode()
+    mine, expected = read_bytes(out / SUMMARY_TABLE), csv_text([CSV_COLUMNS, *map(csv_row, lines)]).encode()
     if mine != expected:
-        yield from differences_of(CSV, mine, expected)
+        yield from differences_of(SUMMARY_TABLE, mine, expected)
 
 
 def _listed_twice(lines: list[dict[str, Any]]) -> Iterator[Difference]:

@@ -19,7 +19,7 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
 from wpcal.cli.signals import ENDING
 from wpcal.core.options import group, opt
-from wpcal.core.result_files import PAGE_FILE, SUMMARY_FILE
+from wpcal.core.result_files import PAGE_FILE, SUMMARY_FILE, SUMMARY_TABLE
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -342,7 +342,6 @@ def _again(jobs_csv: Path, out: Path, flags: BatchAsked, *, no_cache: bool) -> s
 def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json: bool) -> None:
     import json
 
-    from cad.batch.job_list import CSV
     from cad.batch.summary import FAILED
     from wpcal.cli.console import plain_console
 
@@ -366,7 +365,7 @@ def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json:
     if len(failed) > MOST_SHOWN:
         console.print(f"and {len(failed) - MOST_SHOWN} more that failed")
     console.print(_counts(summary.verdicts, plan.kept, seconds, len(plan.jobs)))
-    wrote = f"wrote a folder for each job, {SUMMARY_FILE} and {CSV} to {out}"
+    wrote = f"wrote a folder for each job, {SUMMARY_FILE} and {SUMMARY_TABLE} to {out}"
     console.print(wrote, soft_wrap=True)
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_633,
+    "lines of wpcal and cad": 122_630,
     "lines of tests": 64_207,
     "rooms": 18,
     "arrows between rooms": 80,
