@@ -1,8 +1,10 @@
-"""Write the whole files of the T-joint into docs/how-to: each block of a page, and each file to which it links.
+"""Write the programs to which the how-to pages link: the files that are in the folder which a page names.
 
-The line above a block or a link gives the options of the command and the file:
+A comment on a page gives the command and the folder in docs/examples/programs:
 
-    <!-- wpcal export fixtures/tee/golden -f krl --tool-number 3: WPCAL.src -->
+    <!-- wpcal export fixtures/tee/golden -f krl --tool-number 3: kuka-1 -->
+
+A new file is an empty one before the first run. Excerpts on the pages are copied by hand; a test compares them.
 
 Usage: python docs/make_controller_files.py (`make fixtures` runs it, too).
 """
@@ -22,11 +24,8 @@ from wpcal.cli.main import wpcal
 
 ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "docs" / "how-to"
-SHOWN = re.compile(
-    r"^<!-- wpcal (?P<command>(?:export|plan) [^\n]*): (?P<file>\S+) -->\n+"
-    r"(?:```text\n(?P<text>.*?)^```$|\[[^\]]*\]\((?P<link>[^)]+)\))",
-    re.MULTILINE | re.DOTALL,
-)
+PROGRAMS = ROOT / "docs" / "examples" / "programs"
+SHOWN = re.compile(r"^<!-- wpcal (?P<command>(?:export|plan) .*): (?P<folder>\S+) -->$", re.MULTILINE)
 
 
 @cache
@@ -39,25 +38,12 @@ def written(command: str) -> dict[str, str]:
         return {path.name: path.read_bytes().decode("utf-8").replace("\r\n", "\n") for path in files}
 
 
-def renewed(page: str) -> str:
-    """Return a page with all its blocks written anew."""
-
-    def block(match: re.Match[str]) -> str:
-        command, file = match["command"], match["file"]
-        if match["link"]:
-            (PAGES / match["link"]).write_text(written(command)[file].rstrip() + "\n", encoding="utf-8")
-            return match[0]
-        return f"<!-- wpcal {command}: {file} -->\n\n```text\n{written(command)[file].rstrip()}\n```"
-
-    return SHOWN.sub(block, page)
-
-
 def main() -> None:
-    for path in sorted(PAGES.glob("*.md")):
-        page = path.read_text(encoding="utf-8")
-        if SHOWN.search(page):
-            path.write_text(renewed(page), encoding="utf-8")
-            sys.stderr.write(f"{path.name}\n")
+    for page in sorted(PAGES.glob("*.md")):
+        for found in SHOWN.finditer(page.read_text(encoding="utf-8")):
+            for file in sorted((PROGRAMS / found["folder"]).iterdir()):
+                file.write_text(written(found["command"])[file.name].rstrip() + "\n", encoding="utf-8")
+            sys.stderr.write(f"{page.name}: {found['folder']}\n")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,4 @@
-"""The programs that the how-to pages show, and those to which they link; `docs/make_controller_files.py` writes both.
-
-A page gives the command and the file in a comment. Below it is the file as a block, or a link to it.
-"""
-
-from __future__ import annotations
+"""The programs to which the how-to pages link: a comment on the page gives command and folder."""
 
 import re
 from collections.abc import Iterator
@@ -11,11 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PAGES = Path(__file__).parents[1] / "docs" / "how-to"
-SHOWN = re.compile(
-    r"^<!-- wpcal (?P<command>(?:export|plan) [^\n]*): (?P<file>\S+) -->\n+"
-    r"(?:```text\n(?P<text>.*?)^```$|\[[^\]]*\]\((?P<link>[^)]+)\))",
-    re.MULTILINE | re.DOTALL,
-)
+PROGRAMS = PAGES.parent / "examples" / "programs"
+SHOWN = re.compile(r"^<!-- wpcal (?P<command>(?:export|plan) .*): (?P<folder>\S+) -->$", re.MULTILINE)
+EXCERPT = re.compile(r"^```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,5 +30,11 @@ def shown_programs(page: str = "*.md") -> Iterator[ShownProgram]:
     """Yield the programs of the pages that fit a pattern, in their order."""
     for path in sorted(PAGES.glob(page)):
         for found in SHOWN.finditer(path.read_text(encoding="utf-8")):
-            text = found["text"] or (PAGES / found["link"]).read_text(encoding="utf-8")
-            yield ShownProgram(path.name, found["command"], found["file"], text)
+            for file in sorted((PROGRAMS / found["folder"]).iterdir()):
+                yield ShownProgram(path.name, found["command"], file.name, file.read_text(encoding="utf-8"))
+
+
+def lines_shown(page: str) -> set[str]:
+    """Return the lines of the excerpts on a page."""
+    blocks = EXCERPT.findall((PAGES / page).read_text(encoding="utf-8"))
+    return {line for block in blocks for line in block.splitlines()} - {"…"}

@@ -1,4 +1,4 @@
-"""The files in the how-to pages are, line by line, what `wpcal export` and `wpcal plan` write from the fixtures."""
+"""The programs and excerpts of the how-to pages are, line by line, what `wpcal export` and `wpcal plan` write."""
 
 import shlex
 from pathlib import Path
@@ -6,28 +6,28 @@ from pathlib import Path
 import pytest
 
 from tests.few import few
-from tests.shown_programs import shown_programs
+from tests.shown_programs import lines_shown, shown_programs
 from wpcal.cli.main import run
 
 ROOT = Path(__file__).parents[3]
 WHOLE = {
     "abb.md": ["WPCAL.mod", "WPCAL.mod"],
-    "fanuc.md": ["WPCAL.ls", "W1.ls", "W2.ls"],
+    "fanuc.md": ["W1.ls", "WPCAL.ls", "W2.ls"],
     "kawasaki.md": ["WPCAL.as", "WPCAL.as"],
-    "kuka.md": ["WPCAL.src", "WPCAL.dat", "WPCAL.src"],
+    "kuka.md": ["WPCAL.dat", "WPCAL.src", "WPCAL.src"],
     "touch-programs.md": [
-        *("WPCAL_touch.mod", "WPCAL_touch_res.mod", "WPCAL_touch.src", "WPCAL_touch.dat", "WPCAL_TOUCH.ls"),
+        *("WPCAL_touch.mod", "WPCAL_touch_res.mod", "WPCAL_touch.dat", "WPCAL_touch.src", "WPCAL_TOUCH.ls"),
         *("WPCAL_TOUCH.jbi", "WPCAL_touch.script", "WPCAL_touch.as"),
     ],
     "two-robots.md": [
-        *("WPCAL_W2_R1.mod", "WPCAL_W2_R2.mod", "WPCAL_W2.jbi", "wpcal_w2.ls"),
-        *("WPCAL_W2_R1.src", "WPCAL_W2_R1.dat", "WPCAL_W2_R2.src", "WPCAL_W2_R2.dat"),
+        *("WPCAL_W2.jbi", "WPCAL_W2_R1.dat", "WPCAL_W2_R1.mod", "WPCAL_W2_R1.src"),
+        *("WPCAL_W2_R2.dat", "WPCAL_W2_R2.mod", "WPCAL_W2_R2.src", "wpcal_w2.ls"),
     ],
     "universal-robots-and-staubli.md": [
-        *("WPCAL.script", "WPCAL.pjx", "WPCAL.dtx", "start.pgx", "stop.pgx"),
+        *("WPCAL.script", "WPCAL.dtx", "WPCAL.pjx", "start.pgx", "stop.pgx"),
         *("WPCAL.script", "start.pgx"),
     ],
-    "yaskawa.md": ["WPCAL.jbi", "W1.jbi", "W2.jbi"],
+    "yaskawa.md": ["W1.jbi", "WPCAL.jbi", "W2.jbi"],
 }
 
 
@@ -36,6 +36,7 @@ def test_the_page_shows_what_is_written(page, tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     found = list(shown_programs(page))
     assert [one.file for one in found] == WHOLE[page]
+    assert lines_shown(page) <= {line for one in found for line in one.text.splitlines()}
     commands = list(dict.fromkeys(one.command for one in found))
     if any(command.startswith("plan") for command in commands):
         pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -46,6 +47,5 @@ def test_the_page_shows_what_is_written(page, tmp_path, monkeypatch):
                 run([*shlex.split(one.command), "-o", str(out)])
             assert ended.value.code == 0
         (path,) = out.rglob(one.file)
-        written = path.read_bytes().decode().replace("\r\n", "\n").rstrip("\n").split("\n")
-        renew = f"{page}: run python docs/make_controller_files.py"
-        assert one.text.rstrip("\n").split("\n") == written, renew
+        written = path.read_bytes().decode().replace("\r\n", "\n").rstrip("\n")
+        assert one.text.rstrip("\n") == written, f"{page}: run python docs/make_controller_files.py"
