@@ -174,7 +174,7 @@ def inform(files: dict[str, str], cell: Any) -> Coordinated:
             joints[number] = arm.angles_from_pulses(values) if "PULSE" in head else np.radians(values)
             if tool != ("1", "0")[number % 2]:
                 wrong.append(f"position {number} has tool {tool}")
-    first = re.search(r"MOVJ C(\d+) VJ=[\d.]+  \+MOVJ C(\d+) VJ=[\d.]+", body)
+    first = re.search(r"MOVJ C(\d+) VJ=[\d.]+ PL=0  \+MOVJ C(\d+) VJ=[\d.]+", body)
     pose = {n: in_part(cell, tool_in_world(cell, joints[n]), joints[n + 1]) for n in joints if n % 2 == 0}
     start, held = int(first[1]), int(first[2])
     steps = list(inform_steps(body.splitlines(), start, pose, joints, wrong))
@@ -190,7 +190,7 @@ def inform_steps(
         is_on = (is_on or line.startswith("ARCON")) and not line.startswith("ARCOF")
         if line.startswith("MOV") and number > on:
             wrong.append(f"not coordinated: {line}")
-        match = re.fullmatch(r"SMOV([LC]) C(\d+) V=[\d.]+(?: PL=0)?  \+MOVJ C(\d+)", line)
+        match = re.fullmatch(r"SMOV([LC]) C(\d+) V=[\d.]+ PL=[01]  \+MOVJ C(\d+)", line)
         if match is None:
             continue
         own, held = int(match[2]), int(match[3])

@@ -320,7 +320,7 @@ def check_coordinated(program, cell):
             for mark in ("C", "EC")
             for job in [own]
         )
-        moves = re.findall(r"SMOV([LC]) C(\d+) V=([\d.]+)(?: PL=0)?  \+MOVJ EC(\d+)", text)
+        moves = re.findall(r"SMOV([LC]) C(\d+) V=([\d.]+) PL=[01]  \+MOVJ EC(\d+)", text)
         assert 2 <= [kind for kind, *_ in moves].count("C") / 3 <= 3
         assert all(one == two for _, one, _, two in moves)
         rows = [np.radians([*arms[n], *stations[n]]) for n in dict.fromkeys(n for _, n, *_ in moves)]

@@ -71,7 +71,7 @@ def parse_inform(text):
     assert int(re.search(r"///NPOS (\d+),0,0,0,0,0", head)[1]) == len(rows)
     joints, marks, shares, arc, syncs = [], [], [], [], []
     for line in instructions.split("\r\n"):
-        if m := re.fullmatch(r"MOVJ C(\d{5}) VJ=(\d+\.\d\d)", line):
+        if m := re.fullmatch(r"MOVJ C(\d{5}) VJ=(\d+\.\d\d) PL=0", line):
             joints.append(rows[int(m[1])])
             shares.append(float(m[2]))
         elif m := re.fullmatch(r"'MARK (\d+)", line):

@@ -92,6 +92,7 @@ ATTACKS = {
         "SET P001 P002",
         "CALL JOB:HOME IF IN#(1)=ON",
         "MOVL {{ point }} {{ speed }} PL=8",
+        "MOVL {{ point }} {{ speed }}",
         "MSHIFT PX001 BF PX002 PX003",
     ),
     "as": (

@@ -159,7 +159,7 @@ def compare(trace: Trace, asked: Asked) -> Compared:
     """Return where a program leads that was not asked, and where it does not lead."""
     at, missing, others, bent = 0, list[int](), list[Motion](), list[Motion]()
     for before, motion in zip((None, *trace.motions), trace.motions, strict=False):
-        if _stands(motion, before):
+        if _stands(motion, before) and (not motion.place.blends or _flows(asked, at)):
             continue
         first, last = _matches(motion, asked, at) or (at, None)
         if last is None:
@@ -180,9 +180,17 @@ def _is_bent(motion: Motion, asked: Asked, row: int) -> bool:
     return bool(is_off_line or (motion.place.blends and asked.stops[row]))
 
 
+def _flows(asked: Asked, at: int) -> bool:
+    """Tell whether the tool need not stop where it is: before row `at`."""
+    return at > 0 and not asked.stops[at - 1] and not _repeats(asked, at)
+
+
 def _repeats(asked: Asked, row: int) -> bool:
     """Tell whether a program should stay where it is."""
-    if row == 0 or np.abs(np.diff(asked.external[row - 1 : row + 1], axis=0)).max(initial=0.0) > SAME_DEG:
+    if (
+        not 0 < row < len(asked.p)
+        or np.abs(np.diff(asked.external[row - 1 : row + 1], axis=0)).max(initial=0.0) > SAME_DEG
+    ):
         return False
     if np.isfinite(asked.joints[row]).all():
         return bool(np.abs(asked.joints[row] - asked.joints[row - 1]).max() <= SAME_DEG)
@@ -220,7 +228,7 @@ def _is_home(motion: Motion, asked: Asked) -> bool:
 def _stands(motion: Motion, before: Motion | None) -> bool:
     """Tell whether a motion leads to where the tool is: arcs of some languages begin so."""
     moves_axes = before is not None and motion.place.external != before.place.external
-    if moves_axes or motion.place.blends or motion.via is not None or motion.via_joints is not None:
+    if moves_axes or motion.via is not None or motion.via_joints is not None:
         return False
     if motion.joints is not None:
         joints = None if before is None else before.joints

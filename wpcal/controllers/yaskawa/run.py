@@ -189,10 +189,13 @@ class Interpreter(LineInterpreter):
         return jump
 
     def _begin(self, line: str, at: int) -> None:
-        """Keep at which mark a move waits, and whether it goes on into the next one without a stop at its point."""
+        """Keep at which mark a move waits, and whether it stops: at position level 0, and where a search ends.
+
+        Without a level the controller takes its own: a corner of unknown size.
+        """
         if line.startswith("MOV"):
             self.machine.at = replace(self.machine.at, mark=self._mark(at + 1))
-        self.blend(math.inf if re.search(r" PL=[1-9]", line) else None)
+        self.blend(None if re.search(r" PL=0\b| SRCH ", line) else math.inf)
 
     def _mark(self, at: int) -> str:
         """Return the number at which this job then waits for the other one; empty without one."""

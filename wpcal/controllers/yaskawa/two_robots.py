@@ -29,9 +29,11 @@ from wpcal.controllers.program.coordinated_program import ROBOTS, CoordinatedPro
 from wpcal.controllers.yaskawa.arc import inform_arc_off, inform_arc_on
 from wpcal.controllers.yaskawa.write import (
     FIRST,
+    FLOWS,
     JOINT_PERCENT,
     LONGEST_COMMENT,
     NAMES,
+    STOPS,
     ZONE_MM,
     inform_job,
     joint_kind,
@@ -79,7 +81,7 @@ def _steps(program: SyncProgram, robot: int) -> list[str]:
     lines = _comments([f"robot {robot} of two", f"seam {program.seam}", *together])
     percents = [JOINT_PERCENT, *joint_percents(program)[robot - 1]]
     for row, (mark, percent) in enumerate(zip(program.marks, percents, strict=True)):
-        move = f"MOVJ C{row:05d} VJ={percent:.{PERCENT_DECIMALS}f}"
+        move = f"MOVJ C{row:05d} VJ={percent:.{PERCENT_DECIMALS}f}{STOPS}"
         lines += [move, f"'MARK {mark}", f"TSYNC {row % SYNC_NUMBERS + 1} SNUM=2"]
         lines += ["'ARC ON"] if row == program.arc_on else []
         lines += ["'ARC OFF"] if row == program.arc_off else []
@@ -153,29 +155,29 @@ def _positions(program: CoordinatedProgram) -> list[str]:
 def _moves(program: CoordinatedProgram) -> list[str]:
     start, *others = program.steps(ZONE_MM)
     air, weld = _speed(program.air_speed_mm_s), _speed(program.speed_mm_s)
-    lines = [f"MOVJ C00000 {FIRST}  +MOVJ C00001 {FIRST}", _line("SMOVL", start.to, air, stops=True)]
+    lines = [f"MOVJ C00000 {FIRST}{STOPS}  +MOVJ C00001 {FIRST}", _line("SMOVL", start.to, air, stops=True)]
     lines.append(f"'{program.marks[0]}")
     lines += inform_arc_on(program.path) if program.arc is not None else []
-    at, follows_arc = start.to, False
+    before = start
     for step in (one for one in others if one.on_seam):
-        lines += _weld_move(step, at, weld, follows_arc=follows_arc)
-        at, follows_arc = step.to, step.via is not None
+        lines += _weld_move(step, before, weld)
+        before = step
     lines += inform_arc_off(program.path) if program.arc is not None else []
     lines.append(f"'{program.marks[1]}")
     return [*lines, *(_line("SMOVL", step.to, air, stops=True) for step in others if not step.on_seam)]
 
 
-def _weld_move(step: CoordinatedStep, at: int, speed: str, *, follows_arc: bool) -> list[str]:
+def _weld_move(step: CoordinatedStep, before: CoordinatedStep, speed: str) -> list[str]:
     """Return a move along the seam; arcs as in programs of one robot (`wpcal.controllers.yaskawa.write`)."""
     if step.via is None:
         return [_line("SMOVL", step.to, speed, stops=step.stops)]
-    between = [_line("SMOVL", at, speed)] if follows_arc else []
-    arc = [_line("SMOVC", row, speed) for row in (at, step.via)]
-    return [*between, *arc, _line("SMOVC", step.to, speed, stops=step.stops)]
+    words = ("SMOVC",) if before.via is None else ("SMOVL", "SMOVC")
+    there = [_line(word, before.to, speed, stops=before.stops) for word in words]
+    return [*there, _line("SMOVC", step.via, speed), _line("SMOVC", step.to, speed, stops=step.stops)]
 
 
 def _line(word: str, row: int, speed: str, *, stops: bool = False) -> str:
-    return f"{word} C{2 * row:05d} {speed}{' PL=0' if stops else ''}  +MOVJ C{2 * row + 1:05d}"
+    return f"{word} C{2 * row:05d} {speed}{STOPS if stops else FLOWS}  +MOVJ C{2 * row + 1:05d}"
 
 
 def _speed(mm_s: float) -> str:

@@ -43,7 +43,9 @@ CONFIGURATION = ConfigurationRule(
     example="1,0,0,0,0,0,0,0",
     complete=rconf,
 )
-ZONE_MM = 1.0  #: About how far from a corner the usual position level leaves the path at a weld speed.
+STOPS, FLOWS = " PL=0", " PL=1"
+"""Position levels; without one the controller takes its own. Level 1 leaves the path the least of those that flow."""
+ZONE_MM = 1.0  #: About how far from a corner level 1 leaves the path at a weld speed.
 JOINT_PERCENT = 5.0  #: The speed of the first move to a seam. Slow, because the arm can come from anywhere.
 FIRST = f"VJ={JOINT_PERCENT:.2f}"
 NO_DATE = "2000/01/01 00:00"  #: A job must have a date; the same input gives the same bytes.
@@ -219,15 +221,15 @@ class _Inform(JobWriter):
             mm_s = max(math.floor(mm_s * 10.0 + 1e-6), 1) / 10.0  # no joint has to be faster than planned
         speed = inform_speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
         first = path.weld_rows.start
-        lines, at, follows_arc = list[str](), first, False
+        lines, at, level, follows_arc = list[str](), first, STOPS, False
         for move, stops in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
             to, is_arc = first + move.to, isinstance(move, Arc)
-            level = " PL=0" if stops and to != first + path.weld_count - 1 else ""
             if isinstance(move, Arc):
-                lines += [self._weld_move(path, "L", at, speed)] if follows_arc else []
-                lines += [self._weld_move(path, "C", number, speed) for number in (at, first + move.via)]
-            lines.append(self._weld_move(path, "C" if is_arc else "L", to, f"{speed}{level}"))
-            at, follows_arc = to, is_arc
+                lines += [self._weld_move(path, "L", at, speed + level)] if follows_arc else []
+                lines.append(self._weld_move(path, "C", at, speed + level))
+                lines.append(self._weld_move(path, "C", first + move.via, speed + FLOWS))
+            at, level, follows_arc = to, STOPS if stops else FLOWS, is_arc
+            lines.append(self._weld_move(path, "C" if is_arc else "L", at, speed + level))
         return lines
 
     def _weld_move(self, path: WeldPath, kind: str, number: int, speed: str) -> str:
