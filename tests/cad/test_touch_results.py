@@ -65,7 +65,7 @@ def touched(tee: Workpiece, search: Search, moved: RigidTransform = MOVED) -> Fl
 
 
 def _results(plan: TouchPlan, stored: dict):  # type: ignore[type-arg, no-untyped-def]
-    from wpcal.controllers.abb.touch_results import read_rapid_results as read
+    from wpcal.controllers.abb.touch import read_rapid_results as read
     from wpcal.touch.searches import ResultsFile
 
     return read([ResultsFile(name, text) for name, text in WRITERS["rapid"](plan, stored).items()], plan, TouchSetup())

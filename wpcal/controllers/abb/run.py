@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.abb.grammar import GRAMMAR
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, TryNextError
+from wpcal.controllers.abb.read import GRAMMAR
 from wpcal.controllers.abb.statements import MARK, Data, Declaration, ModuleReader, Procedure, declared, instruction
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.run.blocks import LeaveError, Node, Steps, text_of

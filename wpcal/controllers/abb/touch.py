@@ -12,8 +12,11 @@ ERRNO). ABB, Application manual SmarTac (Search_1D).
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
+from wpcal.controllers.abb.read import read_rapid
+from wpcal.controllers.abb.statements import declarations, statements_of
 from wpcal.controllers.abb.write import (
     JOINT_SPEED,
     LONGEST_COMMENT,
@@ -26,10 +29,14 @@ from wpcal.controllers.abb.write import (
     robtargets,
     speed_data,
 )
+from wpcal.controllers.language.named_results import ResultNames
 from wpcal.controllers.language.naming import comment_lines, own_name, safe_name
 from wpcal.controllers.language.touch import TouchWriter
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
-from wpcal.core.errors import InputError
+from wpcal.core.errors import FormatError, InputError
+from wpcal.touch.searches.plan import TouchPlan
+from wpcal.touch.searches.results import ResultsFile, SearchResults
+from wpcal.touch.searches.setup import TouchSetup
 
 SIGNAL = "diTouch"  #: The input, if the touch setup names none.
 HOME = "wptHome"
@@ -118,3 +125,26 @@ class _RapidTouches(TouchWriter):
                 for line in robtargets([*each.at.values()], each.steps.p, each.steps.R, each.steps.postures)
             ),
         ]
+
+
+STORED = ResultNames("wptplan", "wpttool", "wptcount", "wpto_", "wptp_", "wptpart")
+
+
+def read_rapid_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+    """Read the saved module of results; see `TouchResultsReader`."""
+    file = next((each for each in files if _values(each.text, "string")), files[0])
+    values = _values(file.text, "string", "num")
+    stored = STORED.stored(values, read_rapid(file.text, file.path), file.path)
+    if stored.outcomes and stored.T_base_part is None:
+        raise FormatError("lacks the work object wptPart of the places", path=file.path)
+    return stored.results("rapid", file.path)
+
+
+def _values(text: str, *kinds: str) -> dict[str, str]:
+    """Return what a program of touches stores, without quotes."""
+    found = declarations(statements_of(text), *kinds)
+    return {
+        each.name: "".join(each.tokens).strip('"')
+        for each in found
+        if each.storage == "PERS" and each.name.lower().startswith("wpt")
+    }

@@ -9,7 +9,7 @@ PDL2 = Controller(
     suffixes=(".pdl",),
     reader="wpcal.controllers.comau.read:READER",
     brands=("comau",),
-    grammar="wpcal.controllers.comau.grammar:GRAMMAR",
+    grammar="wpcal.controllers.comau.read:GRAMMAR",
     run="wpcal.controllers.comau.run:Interpreter",
     program_suffixes=(".pdl",),
 )

@@ -9,6 +9,7 @@ import re
 from collections.abc import Sequence
 from functools import partial
 
+from wpcal.controllers.language.grammar import Grammar
 from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyz
 from wpcal.core.transform import RigidTransform
@@ -54,3 +55,13 @@ def _point(name: str, line: int, T: RigidTransform, used: Sequence[str]) -> Prog
 
 
 READER = ProgramReader(read_pdl2, partial(frame_from_angles, rotation=rotation_from_zyz), ",".join(AXES))
+
+
+GRAMMAR = Grammar(
+    comment=r"^[ \t]*+--",
+    harmless=r"DELAY \d+|\$DOUT\[\d+\] := (?:TRUE|FALSE|ON|OFF)|WAIT FOR \$DIN\[\d+\]|PAUSE|"
+    r"WRITE(?: LUN_CRT)? ?\('[^']*'(?:, ?NL)?\)",
+    read=read_pdl2,
+    poses_in=(".pdl",),
+    stated_output=r"\$DOUT\[(\d{1,9}+)\] switches the arc",
+)

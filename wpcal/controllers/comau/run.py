@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.comau.grammar import GRAMMAR
+from wpcal.controllers.comau.read import GRAMMAR
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, Row, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax

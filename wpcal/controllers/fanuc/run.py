@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.fanuc.grammar import GRAMMAR as TEXT
 from wpcal.controllers.fanuc.read import COORDINATE, FRAME, GROUP_1, JOINT, POSITION, TOOL
+from wpcal.controllers.fanuc.read import GRAMMAR as TEXT
 from wpcal.controllers.fanuc.write import DECIMALS, LANGUAGE, LONGEST_REMARK
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, SIGNS, Parser, Syntax, tokens_of

@@ -27,6 +27,7 @@ from wpcal.controllers.program.planned import JointMoves
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.kinematics.arm import Arm
 
 NAMES = NameRules("FANUC", 32, "aux com1 com2 con lpt1 lpt2 nul prn")
 """Names of programs have up to 36 characters. A file must not have the name of a device of the controller."""
@@ -68,12 +69,17 @@ def write_fanuc(program: WeldProgram) -> dict[str, str]:
     Raises `InputError` when a seam has too many points, TP cannot write a speed, or the configuration is missing or not
     a CONFIG. In a plan, when the arm's file does not say how J3 counts.
     """
-    if program.planned is not None and program.arm is not None and not program.arm.couplings:
+    require_coupling(program.arm if program.planned is not None else None)
+    return _Tp(program).files()
+
+
+def require_coupling(arm: Arm | None) -> None:
+    """Refuse an arm whose file does not say how J3 counts."""
+    if arm is not None and not arm.couplings:
         raise InputError(
             "FANUC shows J3 against the horizontal: the arm's file needs a coupling of J3 to J2 with factor 1 "
             '("couplings"), and limits of J3 as the pendant shows it'
         )
-    return _Tp(program).files()
 
 
 def tp_file(name: str, instructions: list[str], positions: list[str], *, groups: str = ONE_GROUP) -> str:

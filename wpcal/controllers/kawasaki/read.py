@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
+from wpcal.controllers.language.grammar import Grammar
 from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyz
 from wpcal.core.transform import RigidTransform
@@ -147,3 +148,14 @@ def _joints(name: str, line: int, cells: Sequence[str]) -> ProgramPoint:
 
 
 READER = ProgramReader(read_as, partial(frame_from_angles, rotation=rotation_from_zyz), "X,Y,Z,O,A,T")
+
+
+GRAMMAR = Grammar(
+    comment=r"^[ \t]*+;",
+    harmless=r"(?:ACCEL|DECEL|TWAIT|W1SET|W2SET)\b.*|(?:SW|)WAIT SIG\(-?\d+\)|SWAIT -?\d+|"
+    r'SIGNAL -?\d+(?:, ?-?\d+)*|PRINT "[^"]*"|PAUSE',
+    read=read_as,
+    poses_in=(".as",),
+    touches={".as": r"\bwpto_\w+"},
+    results=r"wptp_",
+)

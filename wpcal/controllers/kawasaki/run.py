@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.kawasaki.grammar import GRAMMAR
+from wpcal.controllers.kawasaki.read import GRAMMAR
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, Node, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, outside, tokens_of

@@ -10,6 +10,10 @@ confirmed.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
+from wpcal.controllers.kawasaki.read import read_as
 from wpcal.controllers.kawasaki.write import (
     ACCURACY_MM,
     JOINT_PERCENT,
@@ -22,10 +26,14 @@ from wpcal.controllers.kawasaki.write import (
     transformations,
     without_repeats,
 )
+from wpcal.controllers.language.named_results import ResultNames
 from wpcal.controllers.language.naming import own_name
 from wpcal.controllers.language.touch import Numbers, TouchWriter
 from wpcal.controllers.program.planned import angle_texts
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.touch.searches.plan import TouchPlan
+from wpcal.touch.searches.results import ResultsFile, SearchResults
+from wpcal.touch.searches.setup import TouchSetup
 
 
 def write_touch_as(program: TouchProgram) -> dict[str, str]:
@@ -85,3 +93,22 @@ class _AsTouches(TouchWriter):
             else "the configuration is that of the home: the arm keeps it",
             f"the transformation {tool} (the torch) must be on the controller",
         ]
+
+
+SECTION = re.compile(r"^\.(?P<name>[A-Za-z]++)\b")
+VALUE = re.compile(r'^\s*+(?P<name>\$?+\w++)\s*+=\s*+(?:"(?P<text>[^"\n]*+)"|(?P<number>\S++))')
+STORED = ResultNames("$wpt_plan", "$wpt_tool", "wpt_count", "wpto_", "wptp_", "wpt_part")
+
+
+def read_as_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+    """Read the saved variables; see `TouchResultsReader`."""
+    file = next((each for each in files if STORED.outcome in each.text.lower()), files[0])
+    values, places, section = dict[str, str](), [".TRANS"], ""
+    for line in file.text.splitlines():
+        head = SECTION.match(line)
+        section = head["name"].upper() if head else section
+        # programs of the same file say nothing about these values
+        places.append(line if not head and section == "TRANS" else "")
+        if section in ("REALS", "STRINGS") and (match := VALUE.match(line)):
+            values[match["name"].lower()] = match["number"] if match["text"] is None else match["text"]
+    return STORED.stored(values, read_as("\n".join(places), file.path), file.path).results("as", file.path)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.kuka.grammar import GRAMMAR as TEXT
+from wpcal.controllers.kuka.read import GRAMMAR as TEXT
 from wpcal.controllers.kuka.statements import read_data, read_source
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does

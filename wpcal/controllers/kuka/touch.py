@@ -18,9 +18,13 @@ RESUME, $POS_INT).
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 import numpy as np
 
 from wpcal.controllers.kuka.arc import DATA, act_lines
+from wpcal.controllers.kuka.read import read_krl
 from wpcal.controllers.kuka.write import (
     BLEND_MM,
     DEG_DECIMALS,
@@ -34,6 +38,7 @@ from wpcal.controllers.kuka.write import (
     krl_frame,
     krl_frame_text,
 )
+from wpcal.controllers.language.named_results import ResultNames
 from wpcal.controllers.language.naming import safe_name
 from wpcal.controllers.language.post import metres_per_second
 from wpcal.controllers.language.rounding import zyx_degrees
@@ -43,6 +48,9 @@ from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.touch.searches.plan import TouchPlan
+from wpcal.touch.searches.results import ResultsFile, SearchResults
+from wpcal.touch.searches.setup import TouchSetup
 
 INPUTS = Numbers(default=1, most=4096)  #: Inputs and outputs of a KR C4.
 LARGEST_INTERRUPT = 39  #: Numbers up to it, and from 81 on, are free for users.
@@ -151,3 +159,15 @@ def _gains(term: Term) -> list[tuple[str, str]]:
     """Return what a deviation of 1 mm adds to X to Z, mm, and to C to A, which turn about x to z, deg."""
     gains = (*term.shift, *np.degrees(term.turn))
     return [(axis, f"{gain + 0.0:.9f}") for axis, gain in zip("XYZCBA", gains, strict=True)]
+
+
+NUMBER = re.compile(r"^[ \t]*+(?:DECL\s++)?(?:GLOBAL\s++)?INT\s++(WP\w++)\s*+=\s*+(\S++)", re.MULTILINE | re.IGNORECASE)
+PLAN = re.compile(r'^[ \t]*+(WPPLAN)\[\]\s*+=\s*+"([^"\n]*+)"', re.MULTILINE | re.IGNORECASE)
+STORED = ResultNames("wpplan", "wptool", "wpcount", "wpo_", "wpr_", "wppart")
+
+
+def read_krl_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+    """Read the data list with the results; see `TouchResultsReader`."""
+    file = next((each for each in files if PLAN.search(each.text)), files[0])
+    values = {name.upper(): value for pattern in (PLAN, NUMBER) for name, value in pattern.findall(file.text)}
+    return STORED.stored(values, read_krl(file.text, file.path), file.path).results("krl", file.path)
