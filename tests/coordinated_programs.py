@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from tests.moves_of_programs import circle_through, numbers
+from tests.moves_of_programs import circle_through
+from tests.program_text import numbers
 
 Array = np.ndarray[Any, Any]
 WRITTEN_MM = 5e-3  #: Rounding of the files: four decimals of a degree at 2 m in twelve joints are some micrometres.

@@ -14,9 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.program_text import READERS as TEXTS
-from tests.program_text import Pose, numbers
+from tests.program_text import Pose
 
-__all__ = ["READERS", "circle_through", "followed", "numbers"]
 VIA_TURNS = ("fanuc", "inform", "val3", "as")
 """Controllers that turn the tool through the pose in the middle of an arc."""
 
@@ -39,8 +38,9 @@ class Weld(NamedTuple):
 def welds_of(name: str, files: dict[str, str]) -> list[Weld]:
     """The moves along each seam of a program, in its order."""
     found = TEXTS[name](files)
-    kinds = [event.kind for event in found.events]
-    poses = [[found.poses[name] for name in event.names] for event in found.events]
+    events = found.routines[0]
+    kinds = [event.kind for event in events]
+    poses = [[found.poses[name] for name in event.names] for event in events]
     return [
         Weld(
             poses[on - 1][-1],

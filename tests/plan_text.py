@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.moves_of_programs import circle_through, numbers
+from tests.moves_of_programs import circle_through
 from tests.plan_faults import AXIS_DEG, PATH_MM
+from tests.program_text import READERS as TEXTS
+from tests.program_text import Step, numbers
 from tests.real_cells import Array, RealCell
-from tests.second_readers import READERS as STEPS
-from tests.second_readers import Step
 
 JOINT_DEG = 1e-3  #: Rounding of the files, of five decimals and more.
 FINER = 10  #: Places between two points of the plan.
@@ -73,7 +73,7 @@ def text_faults(language: str, files: dict[str, str], way: tuple[Array, Array], 
     `chord_mm` more, which is measured on the frames (`tests.plan_faults.chord`).
     """
     (q, T), found, now = way, list[str](), -1
-    fits, (moves, *_) = READERS[language](files), STEPS[language](files)
+    fits, (moves, *_) = READERS[language](files), TEXTS[language](files).steps()
     for move in moves:
         later = slice(max(now, 0), None)
         most_mm = PATH_MM if move.via is None else PATH_MM + chord_mm

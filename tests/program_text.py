@@ -1,37 +1,53 @@
-"""Weld programs as their controllers understand them: one reader per language, which knows nothing of the writers.
+"""Programs as their controllers understand them: one reader per language, which knows nothing of the writers.
 
-Each takes the files of a program and returns the frame of the part that it states, the poses relative to it by their
-names, and what it does: moves to these names, and the comments around the seams. Sources of the languages: the writers.
+Each takes the files of a program and returns the frame of the part that it states, the poses relative to it and the
+joints by their names, and its routines: moves to these names, and the comments around the seams. A program whose
+positions are joints states no frame. Sources of the languages: the writers.
 """
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-Pose = tuple[np.ndarray[Any, Any], Rotation]
+from tests.wire_judge import Array
+
+Pose = tuple[Array, Rotation]
+NOWHERE = np.zeros(3), Rotation.identity()  #: The frame of a program without one.
 NUMBER = r"\s*([-+\d.eE]+)"
-MARK = r"(ARC O\w+)"
+MARK = r"(?P<mark>ARC O\w+)"
 
 
 class Event(NamedTuple):
-    """A move (J, L or C) to a pose, on an arc over another one; or a comment, which is its kind."""
+    """A move (J, L or C) to a pose or to joints, on an arc over another one; or a comment, which is its kind."""
 
     kind: str
     names: tuple[str, ...] = ()
 
 
+class Step(NamedTuple):
+    """One move: to joints (deg), by the joints or on a line, or to a pose in the base, perhaps over another one."""
+
+    kind: str
+    joints: Array | None = None
+    goal: Array | None = None
+    via: Array | None = None
+    via_joints: Array | None = None
+    name: str = ""
+
+
 class ProgramText(NamedTuple):
-    """What was read; `poses` are in the order in which the program states them."""
+    """What was read; `poses` are in the order in which the program states them, routines begin with the main one."""
 
     frame: Pose
     poses: dict[str, Pose]
-    events: list[Event]
+    joints: dict[str, Array]
+    routines: list[list[Event]]
 
     def in_base(self) -> tuple[Any, Any]:
         p, R = self.frame
@@ -42,60 +58,104 @@ class ProgramText(NamedTuple):
     def order(self) -> list[int | str]:
         """Numbers of the poses that the moves end at, and the comments."""
         numbers = {name: number for number, name in enumerate(self.poses)}
-        return [numbers[event.names[-1]] if event.names else event.kind for event in self.events]
+        return [numbers[event.names[-1]] if event.names else event.kind for event in self.routines[0]]
+
+    def steps(self) -> list[list[Step]]:
+        """The moves of each routine."""
+        return [[self._step(*event) for event in own if event.names] for own in self.routines]
+
+    def _step(self, kind: str, names: tuple[str, ...]) -> Step:
+        *via, to = names
+        if to in self.joints:
+            over = self.joints[via[0]] if via else None
+            return Step("J" if kind == "J" else "L", self.joints[to], via_joints=over, name=to)
+        T, *over = (posed(*self.frame) @ posed(*self.poses[name]) for name in (to, *via))
+        return Step("L", goal=T, via=over[0] if over else None, name=to)
 
 
-def numbers(text: str) -> np.ndarray[Any, Any]:
+def posed(p: Any, R: Rotation) -> Array:
+    T = np.eye(4)
+    T[:3, 3], T[:3, :3] = p, R.as_matrix()
+    return T
+
+
+def numbers(text: str) -> Array:
     return np.array([float(value) for value in re.findall(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?", text)])
 
 
-def events_of(pattern: str, text: str, prefix: str = "") -> list[Event]:
+def lists(pattern: str, text: str) -> dict[str, list[Array]]:
+    """The numbers of every group behind the first one, which is a name."""
+    return {name: [numbers(own) for own in rest] for name, *rest in re.findall(pattern, text, re.MULTILINE)}
+
+
+def events_of(pattern: str, lines: Iterable[str]) -> Iterator[Event]:
     """The moves of a pattern with the groups kind, a, b (the end of an arc) and mark, in their order."""
-    found = []
-    for match in re.finditer(pattern, text, re.MULTILINE):
-        if match["mark"]:
-            found.append(Event(match["mark"]))
-        else:
-            kind = match["kind"][0].upper().replace("P", "J")
-            found.append(Event(kind, tuple(prefix + name for name in (match["a"], match["b"]) if name)))
-    return found
+    for line in lines:
+        if match := re.match(pattern, line.strip()):
+            if match["mark"]:
+                yield Event(match["mark"])
+            else:
+                kind = match["kind"][0].upper().replace("P", "J").replace("A", "J")
+                yield Event(kind, tuple(name for name in (match["a"], match["b"]) if name))
+
+
+def routines(bodies: Mapping[str, Iterable[str]], call: str) -> Iterator[list[str]]:
+    """Yield the lines of each routine that no other one calls, with those of the routines that it calls."""
+    known = {name.upper(): [line.strip() for line in lines] for name, lines in bodies.items()}
+
+    def whole(name: str) -> Iterator[str]:
+        for line in known[name]:
+            found = re.fullmatch(call, line)
+            yield from whole(found[1].upper()) if found and found[1].upper() in known else [line]
+
+    called = {m[1].upper() for lines in known.values() for line in lines if (m := re.fullmatch(call, line))}
+    yield from ([*whole(name)] for name in known if name not in called)
 
 
 def quaternion(v: Iterable[float]) -> Rotation:
     return Rotation.from_quat(list(v), scalar_first=True)
 
 
+def turned(axes: str, v: Any) -> Pose:
+    """Three coordinates and three angles, deg."""
+    return np.array(v[:3]), Rotation.from_euler(axes, v[3:6], degrees=True)
+
+
 def rapid(files: dict[str, str]) -> ProgramText:
     (text,) = files.values()
     v = numbers(re.search(r"wobjdata wpPart:=(.*?);", text)[1])
     assert v[7:].tolist() == [0, 0, 0, 1, 0, 0, 0]
-    rows = re.findall(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],", text)
-    bodies = re.findall(r"PROC weld_\w+\(\)(.*?)ENDPROC", text, re.DOTALL)
-    assert all(("MoveC" in body) == (r"CirPathMode\ObjectFrame;" in body) for body in bodies)
-    move = rf"Move(?P<kind>[JLC]) (?P<a>\w+),(?:(?P<b>\w+),)?v\w+,|! (?P<mark>{MARK})\s*$"
-    events = [event for body in bodies for event in events_of(move, body)]
+    bodies = {n: b.splitlines() for n, b in re.findall(r"PROC (\w+)\(\)(.*?)ENDPROC", text, re.DOTALL)}
+    assert all(
+        any("MoveC" in line for line in own) == any(r"CirPathMode\ObjectFrame;" in line for line in own)
+        for own in bodies.values()
+    )
+    move = rf"(?:Move|Arc)(?P<kind>AbsJ|[JLC])\w* (?P<a>\w+),(?:(?P<b>\w+),)?v|! {MARK}\s*$"
     return ProgramText(
-        (v[:3], quaternion(v[3:7])), {n: (numbers(p), quaternion(numbers(q))) for n, p, q in rows}, events
+        (v[:3], quaternion(v[3:7])),
+        {n: (p, quaternion(q)) for n, (p, q) in lists(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],", text).items()},
+        {n: q for n, (q,) in lists(r"jointtarget (\w+):=\[\[(.*?)\]", text).items()},
+        [[*events_of(move, own)] for own in routines(bodies, r"(\w+);")],
     )
 
 
 def krl_pose(text: str) -> Pose:
     v = {key: float(x) for key, x in re.findall(r"\b([A-Z]\d?) (-?[\d.]+)", text)}
-    return np.array([v["X"], v["Y"], v["Z"]]), Rotation.from_euler("ZYX", [v["A"], v["B"], v["C"]], degrees=True)
+    return turned("ZYX", [v[key] for key in "XYZABC"])
 
 
 def krl(files: dict[str, str]) -> ProgramText:
     source, data = (next(t for n, t in files.items() if n.endswith(end)) for end in (".src", ".dat"))
     assert re.search(r"^\$BASE=(\w+)", source, re.MULTILINE)[1] == "WP_PART"
     assert ("CIRC " in source) == ("$CIRC_TYPE=#BASE" in source)
-    poses = {name: krl_pose(values) for name, values in re.findall(r"DECL E6POS (\w+)=\{(.*?)\}", data)}
-    move = rf"^(?P<kind>PTP|LIN|CIRC) (?P<a>\w+)(?:,(?P<b>\w+))?|^; (?P<mark>{MARK})\s*$"
-    return ProgramText(krl_pose(re.search(r"FRAME WP_PART=\{(.*?)\}", data)[1]), poses, events_of(move, source))
-
-
-def xyz_pose(values: Iterable[str]) -> Pose:
-    v = [float(value) for value in values]
-    return np.array(v[:3]), Rotation.from_euler("xyz", v[3:], degrees=True)
+    bodies = {n: b.splitlines() for n, b in re.findall(r"DEF (\w+)\(\)(.*?)\nEND\b", source, re.DOTALL)}
+    move = rf"(?P<kind>PTP|LIN|CIRC) (?P<a>\w+)(?:,(?P<b>\w+))?|; {MARK}\s*$"
+    return ProgramText(
+        krl_pose(re.search(r"FRAME WP_PART=\{(.*?)\}", data)[1]),
+        {name: krl_pose(values) for name, values in re.findall(r"DECL E6POS (\w+)=\{(.*?)\}", data)},
+        {n: numbers(re.sub(r"[AE]\d ", "", q))[:6] for n, q in re.findall(r"E6AXIS (\w+)=\{(.*?)\}", data)},
+        [[*events_of(move, own)] for own in routines(bodies, r"(\w+)\(\)")],
+    )
 
 
 def fanuc(files: dict[str, str]) -> ProgramText:
@@ -103,35 +163,43 @@ def fanuc(files: dict[str, str]) -> ProgramText:
     remarks = " ".join(re.findall(r"^\s*\d+:  !(.*?) ;", main.replace("\r", ""), re.MULTILINE))
     stated = "".join(rf"\s+{k} {NUMBER}" for k in keys)
     number, *frame = re.search(rf"UFRAME (\d+) to the part:{stated}", remarks).groups()
-    poses, events = {}, list[Event]()
-    for name in re.findall(r"CALL (\w+)", main):
-        text = files[f"{name}.ls"]
-        assert f"UFRAME_NUM={number} ;" in text
+    poses, bodies = {}, {}
+    for text in files.values():
+        name = re.search(r"/PROG\s+(\S+)", text)[1]
+        assert f"UFRAME_NUM={number} ;" in text or text is main
         for point, body in re.findall(r"^P\[(\d+)\]\{(.*?)\};", text, re.DOTALL | re.MULTILINE):
             assert re.search(rf"UF : {number},", body)
             values = [re.search(rf"\b{k} =\s*{NUMBER}\s+(?:mm|deg)", body)[1] for k in keys]
-            poses[f"{name}:{point}"] = xyz_pose(values)
-        move = rf"\d+:(?P<kind>[JLC]) P\[(?P<a>\d+)\](?:\s*:\s*P\[(?P<b>\d+)\])? |\d+:  !(?P<mark>{MARK}) ;"
-        events += events_of(move, text, f"{name}:")
-    return ProgramText(xyz_pose(frame), poses, events)
+            poses[f"{name}:{point}"] = turned("xyz", [float(value) for value in values])
+        body = re.sub(r"\r?\n +:", "", text.partition("/POS")[0])  # the end of an arc is on a line of its own
+        bodies[name] = re.sub(r"P\[(\d+)\]", rf"{name}:\1", body).splitlines()
+    move = rf"\d+:(?P<kind>[JLC]) (?P<a>\w+:\d+)(?: +(?P<b>\w+:\d+))? |\d+:  !{MARK} ;"
+    found = [[*events_of(move, own)] for own in routines(bodies, r"\d+:\s*CALL (\w+) ;")]
+    return ProgramText(turned("xyz", [float(value) for value in frame]), poses, {}, found)
 
 
 def inform(files: dict[str, str]) -> ProgramText:
     main, keys = next(iter(files.values())), ("X", "Y", "Z", "Rx", "Ry", "Rz")
     comments = " ".join(re.findall(r"^'(.*)", main.replace("\r", ""), re.MULTILINE))
-    stated = "".join(rf"\s+{k} (\S+)" for k in keys)
-    number, *frame = re.search(rf"USER (\d+) to the part:{stated}", comments).groups()
-    poses, events = {}, list[Event]()
-    for name in re.findall(r"CALL JOB:(\S+)", main):
-        head, body = files[f"{name}.jbi"].replace("\r", "").split("//INST")
-        assert f"///USER {number}\n" in head
-        assert "///POSTYPE USER\n///RECTAN\n" in head
-        rows = re.findall(r"^(C\d{5})=(.*)$", head, re.MULTILINE)
-        assert int(re.search(r"///NPOS (\d+),0,0,0,0,0", head)[1]) == len(rows)
-        poses |= {f"{name}:{point}": xyz_pose(values.split(",")) for point, values in rows}
-        found = events_of(rf"^MOV(?P<kind>[JLC]) (?P<a>C\d{{5}})(?P<b>)|^'(?P<mark>{MARK})", body, f"{name}:")
-        events += with_three_on_arcs(found)
-    return ProgramText(xyz_pose(frame), poses, events)
+    stated = re.search(r"USER (\d+) to the part:" + "".join(rf"\s+{k} (\S+)" for k in keys), comments)
+    number, *frame = stated.groups() if stated else ("", *"000000")
+    rows, bodies = dict[str, Array](), {}
+    for text in files.values():
+        head, body = text.replace("\r", "").split("//INST")
+        job = re.search(r"//NAME (\S+)", head)[1]
+        own = {f"{job}:{n}": v for n, (v,) in lists(r"^(C\d{5})=(.*)$", head).items()}
+        assert int(re.search(r"///NPOS (\d+),0,0,0,0,0", head)[1]) == len(own)
+        if own:
+            kind = f"///USER {number}\n///TOOL 1\n///POSTYPE USER\n///RECTAN\n" if stated else "///POSTYPE ANGLE\n"
+            assert kind in head
+        rows |= own
+        bodies[job] = re.sub(r"(C\d{5})", rf"{job}:\1", body).splitlines()
+    move = rf"MOV(?P<kind>[JLC]) (?P<a>\w+:C\d{{5}})(?P<b>)|'{MARK}"
+    found = [with_three_on_arcs([*events_of(move, own)]) for own in routines(bodies, r"CALL JOB:(\S+)")]
+    if stated is None:
+        return ProgramText(NOWHERE, {}, rows, found)
+    poses = {name: turned("xyz", v) for name, v in rows.items()}
+    return ProgramText(turned("xyz", [float(value) for value in frame]), poses, {}, found)
 
 
 def with_three_on_arcs(found: list[Event]) -> list[Event]:
@@ -160,17 +228,20 @@ def urscript(files: dict[str, str]) -> ProgramText:
         v = numbers(values)
         return 1000.0 * v[:3], Rotation.from_rotvec(v[3:])
 
-    poses, events = {}, list[Event]()
-    for number, line in enumerate(text.splitlines()):
-        if mark := re.fullmatch(rf"  # {MARK}", line):
+    poses, joints, events = {}, {}, list[Event]()
+    for number, line in enumerate(map(str.strip, text.splitlines())):
+        if mark := re.fullmatch(rf"# {MARK}", line):
             events.append(Event(mark[1]))
-        elif move := re.match(r"  move([jlc])\(pose_trans", line):
+        elif move := re.match(r"movej\(\[(.*?)\]", line):
+            joints[str(number)] = np.degrees(numbers(move[1]))
+            events.append(Event("J", (str(number),)))
+        elif move := re.match(r"move([jlc])\(pose_trans", line):
             assert (move[1] == "c") == ("mode=0" in line)
             own = [pose(values) for values in re.findall(r"pose_trans\(wp_part, p\[(.*?)\]\)", line)]
             names = tuple(f"{number}.{k}" for k in range(len(own)))
             poses |= dict(zip(names, own, strict=True))
             events.append(Event(move[1].upper(), names))
-    return ProgramText(pose(re.search(r"wp_part = p\[(.*?)\]", text)[1]), poses, events)
+    return ProgramText(pose(re.search(r"wp_part = p\[(.*?)\]", text)[1]), poses, joints, [events])
 
 
 def val3(files: dict[str, str]) -> ProgramText:
@@ -179,75 +250,63 @@ def val3(files: dict[str, str]) -> ProgramText:
     data = {element.get("name"): element for element in database.iter(f"{namespace % 'Data'}Data")}
     code = ET.fromstring(files["start.pgx"].encode()).find(f".//{namespace % 'Program'}Code").text
 
-    def pose(element: ET.Element) -> Pose:
-        v = [float(element.get(key)) for key in ("x", "y", "z", "rx", "ry", "rz")]
-        return np.array(v[:3]), Rotation.from_euler("XYZ", v[3:], degrees=True)
+    def values(element: ET.Element, keys: Iterable[str]) -> list[float]:
+        return [float(element.get(key)) for key in keys]
 
-    poses = {}
+    def pose(element: ET.Element) -> Pose:
+        return turned("XYZ", values(element, ("x", "y", "z", "rx", "ry", "rz")))
+
+    poses, joints = {}, {}
     for name in dict.fromkeys(re.findall(r"move[jl]\((\w+)\[", code)):
         assert int(data[name].get("size")) == len(data[name])
         for key, value in enumerate(data[name]):
-            assert (value.get("key"), value.get("fatherId")) == (str(key), "fPart[0]")
-            poses[f"{name}[{key}]"] = pose(value)
+            assert value.get("key") == str(key)
+            if data[name].get("type") == "jointRx":
+                joints[f"{name}[{key}]"] = np.array(values(value, (f"j{axis}" for axis in range(1, 7))))
+            else:
+                assert value.get("fatherId") == "fPart[0]"
+                poses[f"{name}[{key}]"] = pose(value)
     loop = re.compile(r"for nPoint=(\d+) to (\d+)\n\s*(move.*?)\n\s*endFor")
     whole = loop.sub(
         lambda m: "\n".join(m[3].replace("nPoint", str(row)) for row in range(int(m[1]), int(m[2]) + 1)), code
     )
     point = r"\w+\[\d+\]"
-    move = rf"move(?P<kind>[jlc])\((?P<a>{point}),(?:(?P<b>{point}),)?|// (?P<mark>{MARK})$"
-    return ProgramText(pose(data["fPart"][0]), poses, events_of(move, whole))
+    move = rf"move(?P<kind>[jlc])\((?P<a>{point}),(?:(?P<b>{point}),)?|// {MARK}$"
+    return ProgramText(pose(data["fPart"][0]), poses, joints, [[*events_of(move, whole.splitlines())]])
 
 
-def as_values(text: str) -> dict[str, Pose]:
-    """Transformation values by name."""
-    rows = re.search(r"^\.TRANS\r?\n(.*?)^\.END", text, re.MULTILINE | re.DOTALL)[1].splitlines()
-    found = {}
-    for name, *cells in (row.split() for row in rows):
-        v = np.array([float(cell) for cell in cells])
-        assert len(v) == 6
-        found[name] = v[:3], Rotation.from_euler("ZYZ", v[3:], degrees=True)
-    return found
+def as_values(text: str, section: str = "TRANS") -> dict[str, Array]:
+    """Values by name."""
+    found = re.search(rf"^\.{section}\r?\n(.*?)^\.END", text, re.MULTILINE | re.DOTALL)
+    rows = (row.split() for row in (found[1].splitlines() if found else ()))
+    return {name: np.array([float(cell) for cell in cells]) for name, *cells in rows}
 
 
 def kawasaki(files: dict[str, str]) -> ProgramText:
     (text,) = files.values()
-    values = as_values(text)
-    programs = dict(re.findall(r"^\.PROGRAM (\w+)\(\)\r?\n(.*?)^\.END", text, re.MULTILINE | re.DOTALL))
-    events, via = list[Event](), ""
-    for name in re.findall(r"CALL (\w+)", next(iter(programs.values()))):
-        assert "  BASE wp_part" in programs[name]
-        move = rf"^  (?P<kind>[LJ]MOVE|C[12]MOVE) (?P<a>\w+)(?P<b>)|^; (?P<mark>{MARK})"
-        for match, event in zip(
-            re.finditer(move, programs[name], re.MULTILINE), events_of(move, programs[name]), strict=True
-        ):
-            if (match["kind"] or "").startswith("C1"):
-                assert not via, "an arc has one point in its middle"
-                via = match["a"]
-                continue
-            assert bool(via) == (event.kind == "C")
-            events.append(Event("C", (via, *event.names)) if via else event)
-            via = ""
-    return ProgramText(values["wp_part"], {n: v for n, v in values.items() if n != "wp_part"}, events)
+    poses = {name: turned("ZYZ", v) for name, v in as_values(text).items()}
+    bodies = {n: b.splitlines() for n, b in re.findall(r"^\.PROGRAM (\w+)\(\)(.*?)^\.END", text, re.S | re.M)}
+    assert all("  BASE wp_part" in lines for lines in bodies.values() if any("LMOVE" in line for line in lines))
+    move = rf"(?P<kind>[LJ]MOVE|C2MOVE) (?P<a>#?\w+)(?:,(?P<b>\w+))?|; {MARK}"
+    found = []
+    for lines in routines(bodies, r"CALL (\w+)"):
+        whole = re.sub(r"C1MOVE (\w+)\nC2MOVE (\w+)", r"C2MOVE \1,\2", "\n".join(lines))
+        assert "C1MOVE" not in whole, "an arc has one point in its middle"
+        found.append([*events_of(move, whole.split("\n"))])
+    joints = {name: v[:6] for name, v in as_values(text, "JOINTS").items()}
+    return ProgramText(poses.pop("wp_part"), poses, joints, found)
 
 
 def pdl2(files: dict[str, str]) -> ProgramText:
     (text,) = files.values()
-    poses = {}
-    for name, values in re.findall(r"^  (\w+) := POS\((.*?), ''\)", text, re.MULTILINE):
-        v = numbers(values)
-        poses[name] = v[:3], Rotation.from_euler("ZYZ", v[3:], degrees=True)
+    poses = {n: turned("ZYZ", v) for n, (v,) in lists(r"^  (\w+) := POS\((.*?), ''\)", text).items()}
     assert "  $UFRAME := wp_part" in text
-    move = rf"^  MOVE(?:FLY)? (?P<kind>JOINT|LINEAR) TO (?P<a>\w+)(?P<b>)|^  -- (?P<mark>{MARK})\s*$"
-    return ProgramText(poses.pop("wp_part"), poses, events_of(move, text.split("BEGIN", 1)[1]))
+    move = rf"MOVE(?:FLY)? (?P<kind>JOINT|LINEAR) TO (?P<a>\w+)(?P<b>)|-- {MARK}\s*$"
+    events = [*events_of(move, text.split("BEGIN", 1)[1].splitlines())]
+    return ProgramText(poses.pop("wp_part"), poses, {}, [events])
 
 
 READERS: dict[str, Callable[[dict[str, str]], ProgramText]] = {
-    "rapid": rapid,
-    "krl": krl,
-    "fanuc": fanuc,
-    "inform": inform,
-    "urscript": urscript,
-    "val3": val3,
-    "as": kawasaki,
+    "rapid": rapid, "krl": krl, "fanuc": fanuc, "inform": inform, "urscript": urscript, "val3": val3, "as": kawasaki,
     "pdl2": pdl2,
-}
+}  # fmt: skip

@@ -20,7 +20,7 @@ from scipy.spatial import ConvexHull, cKDTree
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.moves_of_programs import circle_through
-from tests.second_readers import READERS, Step, posed
+from tests.program_text import READERS, Step, posed
 from tests.wire_judge import Array, off_surface, winding
 
 STEP_MM, STEP_RAD = 5.0, 0.05  #: Between two judged states, of the tip and of each joint.
@@ -232,6 +232,7 @@ def _along(a: Array, via: Array | None, b: Array) -> Iterator[Array]:
 
 
 SAME_MM = 1e-6  #: Ends of stretches that meet.
+LANGUAGES = ("rapid", "krl", "urscript", "as", "inform")  #: Of plans with joints as every arm has them.
 ARMS = ("irb1600_6_12", "irb2600_12_165", "ma2010", "kr5_arc")
 FIXED, BRACKETS = ("tee", "lap", "frame", "saddle"), 8  #: Parts, and how many brackets beside them.
 
@@ -273,7 +274,7 @@ def planned(arm: str, result: Path, folder: Path, languages: tuple[str, ...]) ->
     assert uncovered(plan, result) == []
     assert all(min(each["before"], each["after"]) > 0 for each in plan["kept"]["pieces"]), "a joint move in the pool"
     judge = SecondJudge(cell, urdf(arm), triangles_of(result), of_record(plan["T_carrier_part"]))
-    routines = {name: list(READERS[name](texts_of(out / name))) for name in languages if (out / name).is_dir()}
+    routines = {name: READERS[name](texts_of(out / name)).steps() for name in languages if (out / name).is_dir()}
     refused = {name: str(plan["no_program"].get(name, "?"))[:160] for name in languages if name not in routines}
     return Planned(judge, routines, refused)
 

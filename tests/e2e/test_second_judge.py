@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.cluttered_cells import ROBOTS
-from tests.second_judge import ARMS, BRACKETS, FIXED, Planned, planned, result_for, rows_of
-from tests.second_readers import READERS
+from tests.second_judge import ARMS, BRACKETS, FIXED, LANGUAGES, Planned, planned, result_for, rows_of
 from tests.unit.seam.test_material import box_of_triangles
 from tests.whole_table import result_of
 
@@ -48,7 +47,7 @@ def test_a_program_without_its_retracts_is_found(tee: Planned) -> None:
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("part", [*FIXED, *range(BRACKETS)])
 def test_no_program_of_any_arm_touches_anything(part: str | int, arm: str, tmp_path: Path) -> None:
-    for row in rows_of(str(part), arm, result_for(part, arm, tmp_path), tmp_path, tuple(READERS)):
+    for row in rows_of(str(part), arm, result_for(part, arm, tmp_path), tmp_path, LANGUAGES):
         print(row)
         assert row.contacts == ()
         assert row.refused or row.welded >= WELDED

@@ -1,13 +1,13 @@
-"""Plans of one robot in URScript, VAL3 and AS, read by patterns of the languages and checked by forward kinematics."""
+"""Plans of one robot in every language, read by `tests.program_text` and checked by forward kinematics."""
 
 import dataclasses
 import re
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, with_positioner, write_cell
+from tests.program_text import READERS, as_values
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
@@ -21,8 +21,8 @@ from wpcal.planning.sequence.targets import SequenceTargets
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 
-WRITTEN_MM = 2e-3  #: Angles with six decimals move a point at 2 m by less.
-WRITTEN = 1e-6  #: Of entries of rotations.
+WRITTEN_MM = 2e-3, 2e-2  #: Angles with six decimals move a point at 2 m by less, and those of joints with four.
+WRITTEN = 1e-6, 1e-5  #: Of entries of rotations.
 SEAMS = ["W2", "W3"]
 
 
@@ -56,95 +56,53 @@ def tips(cell, joints):
     return np.linalg.inv(cell.base_places(q)) @ cell.tool_places(q)
 
 
-def numbers(text):
-    return np.array([float(value) for value in re.findall(r"[-+0-9.]+", text)])
+@pytest.mark.parametrize("name", ["rapid", "krl", "inform", "urscript", "val3", "as"])
+def test_a_plan_goes_to_its_joints_between_seams_and_to_its_poses_along_them(fixed, turned, name):
+    """From home to home; the joints before a seam are those of its approach, by forward kinematics."""
+    cell, program = turned if name == "as" else fixed
+    main, *_ = READERS[name](written(program, name)).steps()
+    air = [step.joints for step in main if step.kind == "J"]
+    ways = program.planned.air
+    np.testing.assert_allclose(np.radians(air), np.concatenate([way.joints for way in ways]), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(np.radians([air[0], air[-1]]), [cell.home[:6]] * 2, rtol=0, atol=1e-6)
+    kinds = "".join(
+        "J" * len(way) + "L" * (len(path) - path.before) for way, path in zip(ways, program.paths, strict=False)
+    )
+    assert "".join(step.kind for step in main) == kinds + "J" * len(ways[-1])
+    before = tips(cell, np.array([way.joints[-1] for way in ways[:-1]]))
+    along = [tips(cell, np.radians(s.joints)[None])[0] if s.goal is None else s.goal for s in main if s.kind != "J"]
+    found, planned = [*before, *along], [(path.p_base[0], path.R_base[0]) for path in program.paths]
+    planned += [pose for path in program.paths for pose in [*zip(path.p_base, path.R_base, strict=True)][path.before :]]
+    for T, (p, R) in zip(found, planned, strict=True):
+        np.testing.assert_allclose(T[:3, 3], p, rtol=0, atol=WRITTEN_MM[name == "inform"])
+        np.testing.assert_allclose(T[:3, :3], R, rtol=0, atol=WRITTEN[name == "inform"])
 
 
-def same(T, p, R):
-    assert np.allclose(T[:3, 3], p, rtol=0, atol=WRITTEN_MM)
-    assert np.allclose(T[:3, :3], R, rtol=0, atol=WRITTEN)
-
-
-def check_ends(cell, program, joints, points):
-    """Compare the joint moves with the poses of the paths: home, each approach, and each retract."""
-    T, row = tips(cell, joints), 0
-    assert np.allclose(joints[[0, -1]], cell.home[:6], rtol=0, atol=1e-6)
-    for way, path in zip(program.planned.air, program.paths, strict=False):
-        row += len(way)
-        same(T[row - 1], path.p_base[0], path.R_base[0])
-    for (p, R), path in zip(points, program.paths, strict=True):
-        assert np.allclose(p, path.p_base[path.before :], rtol=0, atol=WRITTEN_MM)
-        assert np.allclose(R, path.R_base[path.before :], rtol=0, atol=WRITTEN)
-
-
-def test_urscript_goes_to_joints_between_seams(fixed):
+def test_speeds_of_joint_moves_are_those_of_the_plan(fixed):
     cell, program = fixed
     (text,) = written(program, "urscript").values()
-    joints = np.array([numbers(row) for row in re.findall(r"movej\(\[([^\]]*)\]", text)])
-    assert text.count("movej(") == len(joints) == sum(map(len, program.planned.air))
-    frame = numbers(re.search(r"wp_part = p\[([^\]]*)\]", text)[1])
-    R_part = Rotation.from_rotvec(frame[3:]).as_matrix()
-    poses = np.array([numbers(row) for row in re.findall(r"movel\(pose_trans\(wp_part, p\[([^\]]*)\]", text)])
-    p = 1e3 * (poses[:, :3] @ R_part.T + frame[:3])
-    R = R_part @ Rotation.from_rotvec(poses[:, 3:]).as_matrix()
-    counts = np.cumsum([len(path) - path.before for path in program.paths])[:-1]
-    check_ends(cell, program, joints, zip(np.split(p, counts), np.split(R, counts), strict=True))
     speeds = {float(v) for v in re.findall(r"movej\(\[[^\]]*\], a=[\d.]+, v=([\d.]+)\)", text)}
     allowed = 0.5 * min(joint.speed_rad_s for joint in cell.arm.joints)
     assert max(speeds) <= allowed * 1.001
     assert text.index("RUN IT DRY") < text.index("movej")
-
-
-def test_val3_goes_to_joints_between_seams(fixed):
-    cell, program = fixed
     files = written(program, "val3")
-    data, start = files["WPCAL.dtx"], files["start.pgx"]
-    block = re.search(
-        r'<Data name="jPlan" access="public" xsi:type="array" type="jointRx" size="(\d+)">(.*?)</Data>', data, re.S
-    )
-    rows = re.findall(r'<Value key="(\d+)"((?: j\d="[^"]*"){6}) />', block[2])
-    joints = np.radians([numbers(re.sub(r"j\d=", "", row)) for _, row in rows])
-    assert [int(key) for key, _ in rows] == list(range(int(block[1])))
-    assert [int(key) for key in re.findall(r"movej\(jPlan\[(\d+)\],tTorch,mJoint\)", start)] == list(range(len(rows)))
-    assert start.count("movej(") == len(rows)
-    assert re.search(r'name="mJoint".*?vel="50".*?blend="off"', data, re.S)
-    frame = numbers(re.search(r'key="0" (x=.*?) fatherId="world', data)[1].replace("x=", "", 1))
-    points = []
-    for name in SEAMS:
-        own = re.search(rf'<Data name="{name}" .*?</Data>', data, re.S)[0]
-        values = np.array([numbers(v) for v in re.findall(r' (x="[^/]*rz="[^"]*")', own)])
-        R_part = Rotation.from_euler("XYZ", frame[3:], degrees=True).as_matrix()
-        R = R_part @ Rotation.from_euler("XYZ", values[:, 3:], degrees=True).as_matrix()
-        points.append((values[:, :3] @ R_part.T + frame[:3], R))
-    ordered = {path.seam.name: row for path, row in zip(program.paths, range(len(SEAMS)), strict=True)}
-    check_ends(cell, program, joints, [points[SEAMS.index(name)] for name in sorted(ordered, key=ordered.get)])
+    assert re.findall(r"movej\(jPlan\[\d+\],tTorch,(\w+)\)", files["start.pgx"]) == ["mJoint"] * text.count("movej(")
+    assert re.search(r'name="mJoint".*?vel="50".*?blend="off"', files["WPCAL.dtx"], re.S)
 
 
-def as_values(text, section):
-    block = re.search(rf"^\.{section}\r\n(.*?)^\.END", text, re.S | re.M)[1]
-    return {name: numbers(values) for name, values in re.findall(r"^(\S+) ([^\r]*)\r$", block, re.M)}
-
-
-def test_as_goes_to_precision_points_between_seams(turned):
-    cell, program = turned
+def test_as_states_the_axes_of_a_positioner_behind_those_of_the_arm(turned):
+    _, program = turned
     (text,) = written(program, "as").values()
-    axes, points = as_values(text, "JOINTS"), as_values(text, "TRANS")
+    axes, points = as_values(text, "JOINTS"), as_values(text)
     assert sorted(re.findall(r"JMOVE (\S+)\r", text)) == sorted(axes)
-    assert len(axes) == sum(map(len, program.planned.legs))
-    assert {len(row) for row in axes.values()} == {8}
-    external = np.radians(np.array(list(axes.values()))[:, 6:])
-    assert np.allclose(external, np.concatenate([m.external for m in program.planned.legs]), rtol=0, atol=1e-7)
-    frame, found = points.pop("wp_part"), []
-    assert np.allclose(frame, 0.0, rtol=0, atol=1e-9)  # the part turns: the points are in the base of the robot
+    external = np.radians([row[6:] for row in axes.values()])
+    np.testing.assert_allclose(external, np.concatenate([m.external for m in program.planned.legs]), rtol=0, atol=1e-7)
+    assert np.allclose(points.pop("wp_part"), 0.0, rtol=0, atol=1e-9)  # the points are in the base of the robot
     for path in program.paths:
         own = np.array([row for name, row in points.items() if name.startswith(f"{path.seam.name}_")])
-        R = Rotation.from_euler("ZYZ", own[:, 3:6], degrees=True).as_matrix()
-        found.append((own[:, :3], R))
-        assert np.allclose(np.radians(own[:, 6:]), path.external[path.before :], rtol=0, atol=1e-7)
-    check_ends(cell, program, np.radians(np.array(list(axes.values()))[:, :6]), found)
+        np.testing.assert_allclose(np.radians(own[:, 6:]), path.external[path.before :], rtol=0, atol=1e-7)
     main, *seams = text.split(".PROGRAM ")[1:]
-    seams = [part for part in seams if not part.startswith("only_")]
-    assert [part.count("JMOVE") for part in seams] == [1] * len(program.paths)
+    assert [part.count("JMOVE") for part in seams if not part.startswith("only_")] == [1] * len(program.paths)
     assert "JT7 = tilt, JT8 = turn" in main
 
 

@@ -37,6 +37,6 @@ def test_what_is_written_is_read_back_relative_to_the_part(
 def test_moves_come_in_order_with_the_arc_along_the_seam(make_program, name):
     found = READERS[name](controller_named(name).write(make_program(n=5)))
     assert found.order() == [0, 1, "ARC ON", 2, 3, "ARC OFF", 4]
-    assert [event.kind for event in found.events if event.names] == ["J", "L", "L", "L", "L"]
+    assert [event.kind for event in found.routines[0] if event.names] == ["J", "L", "L", "L", "L"]
     if name in ("rapid", "krl", "as", "pdl2"):
         assert [*found.poses] == ["W1_appr", "W1_0001", "W1_0002", "W1_0003", "W1_retr"]
