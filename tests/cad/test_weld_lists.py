@@ -13,7 +13,7 @@ from tests.benchmarks.bench_seams import main, seams_of
 from tests.benchmarks.welds.check import off_members
 from tests.benchmarks.welds.lists import FOLDER, OPTIONAL, Weld, line, read_record, sha256, to_json, welds_of
 from tests.benchmarks.welds.parts.plates import fused_bracket, tab_plates
-from tests.benchmarks.welds.results import LAST, PAGE, read_results, table
+from tests.benchmarks.welds.results import LAST, PAGE, read_results, total
 from tests.benchmarks.welds.score import score
 from tests.few import few
 
@@ -85,7 +85,7 @@ def test_scores_never_fall_below_the_recorded_ones(name: str) -> None:
 
 
 def test_the_page_shows_the_recorded_scores() -> None:
-    assert table() in PAGE.read_text(encoding="utf-8")
+    assert total() in PAGE.read_text(encoding="utf-8")
 
 
 def made_up_seam(name: str, points: Any, *, closed: bool = False) -> dict[str, Any]:

@@ -1,9 +1,10 @@
-"""Recorded scores, and their table in `docs/benchmark.md`: `python -m tests.benchmarks.welds.results` writes it."""
+"""Recorded scores: `python -m tests.benchmarks.welds.results` prints them, and their sum into docs/benchmark.md."""
 
 from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,19 +46,21 @@ def _commit() -> str:
     return git.stdout.strip()
 
 
+HEAD = """| part | sure, first | now | probable, first | now | accepted: right or optional + wrong, first | now |
+|-|-|-|-|-|-|-|"""
+
+
 def table() -> str:
-    """Return the table of the page: first and last scores of every part, and all parts together."""
+    """Return the first and last scores of every part; those that were added later with their first commit."""
     first, last = read_results(FIRST), read_results(LAST)
-    lines = [
-        "| part | sure, first | now | probable, first | now | accepted: right or optional + wrong, first | now |",
-        "|-|-|-|-|-|-|-|",
-        *(_row(name, first[name], last[name]) for name in sorted(last)),
-        _row("**all**", _sum(first.values()), _sum(last.values())),
-    ]
-    later = [f"`{name}` by commit {row['commit'][:7]}" for name, row in sorted(first.items()) if "commit" in row]
-    commits = [json.loads(path.read_text(encoding="utf-8"))["commit"][:7] for path in (FIRST, LAST)]
-    added = f"; parts that were added later: {', '.join(later)}" if later else ""
-    return "\n".join([*lines, "", f"First: commit {commits[0]}{added}. Now: commit {commits[1]}.", ""])
+    rows = (_row(f"{name} {first[name].get('commit', '')[:7]}", first[name], last[name]) for name in sorted(last))
+    return "\n".join([HEAD, *rows])
+
+
+def total() -> str:
+    """Return the table of the page: the scores of all parts together."""
+    sums = (_sum(read_results(path).values()) for path in (FIRST, LAST))
+    return f"{HEAD}\n{_row('**all**', *sums)}\n"
 
 
 def _row(name: str, first: dict[str, Any], last: dict[str, Any]) -> str:
@@ -72,10 +75,8 @@ def _found(cls: dict[str, Any]) -> str:
 
 
 def _accepted(row: dict[str, Any]) -> str:
-    fault = " (fault)" if row.get("fault") else ""
-    return f"{row['right'] + row['optional']} + {row['wrong']}, wrong {row['wrong_mm']:.0f} mm{fault}".replace(
-        "-0 ", "0 "
-    )
+    fault, wrong_mm = " (fault)" if row.get("fault") else "", abs(row["wrong_mm"])
+    return f"{row['right'] + row['optional']} + {row['wrong']}, wrong {wrong_mm:.0f} mm{fault}"
 
 
 def _sum(rows: Iterator[dict[str, Any]] | Any) -> dict[str, Any]:
@@ -89,10 +90,9 @@ def _sum(rows: Iterator[dict[str, Any]] | Any) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Put the table into the page."""
-    text = PAGE.read_text(encoding="utf-8")
-    head, rest = text.split(BEGIN)
-    PAGE.write_text(f"{head}{BEGIN}\n{table()}{END}{rest.split(END)[1]}", encoding="utf-8")
+    head, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    PAGE.write_text(f"{head}{BEGIN}\n{total()}{END}{rest.split(END)[1]}", encoding="utf-8")
+    sys.stdout.write(f"{table()}\n")
 
 
 if __name__ == "__main__":
