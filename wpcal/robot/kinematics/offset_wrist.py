@@ -24,6 +24,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
+from wpcal.core.last_held import last_held
 from wpcal.core.same_bits import arc_tangent, length, product, sine_cosine
 from wpcal.robot.kinematics.forward import MDHChain, cross, forward_kinematics, start_frames, walk
 
@@ -34,7 +35,7 @@ NEAR = (
     2.0  #: Roots may hide between two nodes if the miss at one of them is less than this times its second difference.
 )
 THIRDS = 14  #: Of two parts, until the turning point between them is known to 3e-3 of them.
-BISECTIONS = 30  #: A bracket is then 1e-10 rad wide, from where Newton steps converge.
+HALVINGS = 30  #: A bracket is then 1e-10 rad wide, from where Newton steps converge.
 MOST_ROOTS = 16  #: Of a 6R arm.
 SAME_RAD = 1e-6  #: Solutions that differ by less are one.
 
@@ -250,10 +251,7 @@ class OffsetWrist:
         first = np.sign(self._miss(at, which[rows], a))
         kept = first * np.sign(self._miss(at, which[rows], b)) <= 0.0
         a, b, first, rows = a[kept], b[kept], first[kept], which[rows[kept]]
-        for _ in range(BISECTIONS):
-            middle = (a + b) / 2
-            same = np.sign(self._miss(at, rows, middle)) == first
-            a, b = np.where(same, middle, a), np.where(same, b, middle)
+        a, b = last_held(a, b, lambda r, u: np.sign(self._miss(at, rows[r], u)) == first[r], halvings=HALVINGS)
         pose, way = rows[:, 1], signs[rows[:, 0]].T
         _, angles = self._arm(R[:, :, pose], p[:, pose], (a + b) / 2, (way[0], way[1]))
         return _placed(n, pose, angles.T)
@@ -274,12 +272,10 @@ class OffsetWrist:
 
     def _end(self, at: _Where, which: IntArray, inner: FloatArray, outer: FloatArray, some: BoolArray) -> FloatArray:
         """Return the last places of some ways, from places on them to places beside them; the others stay."""
-        found, inner, outer = inner.copy(), inner[some], outer[some]
-        for _ in range(BISECTIONS):
-            middle = (inner + outer) / 2
-            good = np.isfinite(self._miss(at, which[some], middle))
-            inner, outer = np.where(good, middle, inner), np.where(good, outer, middle)
-        found[some] = inner
+        found, ways = inner.copy(), which[some]
+        found[some], _ = last_held(
+            inner[some], outer[some], lambda row, u: np.isfinite(self._miss(at, ways[row], u)), halvings=HALVINGS
+        )
         return found
 
 

@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from functools import partial
 
 import numpy as np
 
 from wpcal.brep.curves import edge_polylines, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.strips import items_of
 from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.last_held import last_held
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
 """Points at which an edge is compared with a face, inside the box of the face: a contact over 1/32 of it is found."""
-BISECTIONS = 34  #: Bisections of the end of a contact: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm.
+HALVINGS = 34  #: Of the end of a contact: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm.
 INWARD = 3
 """A contact crosses the boundary of a face if one of this many samples behind its outermost one is well inside the
 face. On an arc of 16 mm, one sample may be beyond the boundary by less than the gap, and the next one on it. A contact
 along the boundary has many samples in a row that are not inside."""
 PARAMETER_ROUND_OFF = 1e-12  #: Relative round-off of an interpolated parameter.
 CHUNK = 100_000  #: Points compared with faces in one array: about 50 MB.
-
-Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
-"""Whether something is true at parameters of edges with respect to faces."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -220,40 +218,35 @@ class _Touching:
         inner = np.abs(t[rows, at] - end) > PARAMETER_ROUND_OFF * (1.0 + np.abs(end))
         beyond = t[rows, np.clip(at + way, 0, CONTACT_SAMPLES - 1)]
         cut, flush = np.flatnonzero(inner & crosses), np.flatnonzero(inner & ~crosses)
-        end[cut] = self._bisected(edge[cut], face[cut], t[cut, anchor[cut]], beyond[cut], self._is_inside)
+        inside = partial(self._is_inside, edge[cut], face[cut])
+        end[cut] = last_held(t[cut, anchor[cut]], beyond[cut], inside, halvings=HALVINGS)[0]
         end[flush] = self._flush_end(edge[flush], face[flush], t[flush, at[flush]], beyond[flush])
         end[flush] = self._at_corners(edge[flush], face[flush], end[flush])
         return end
 
-    def _bisected(self, edge: IntArray, face: IntArray, good: FloatArray, bad: FloatArray, holds: Holds) -> FloatArray:
-        """Bisect between parameters where something is true and parameters where it is not."""
-        for _ in range(BISECTIONS if len(edge) else 0):
-            middle = (good + bad) / 2
-            here = holds(edge, face, middle)
-            good, bad = np.where(here, middle, good), np.where(here, bad, middle)
-        return good
-
-    def _is_inside(self, edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
-        near, foot = self._near(edge, face, t)
-        return near & self.trimmed.contains(face, foot.uv)
+    def _is_inside(self, edge: IntArray, face: IntArray, row: IntArray, t: FloatArray) -> BoolArray:
+        near, foot = self._near(edge[row], face[row], t)
+        return near & self.trimmed.contains(face[row], foot.uv)
 
     def _flush_end(self, edge: IntArray, face: IntArray, good: FloatArray, bad: FloatArray) -> FloatArray:
         """Find where edges along the boundaries of faces no longer touch them, between two parameters."""
         ends = np.stack([evaluate_edges(self.graph, edge, t)[0] for t in (good, bad)])
         room = self.gap_mm + np.linalg.norm(ends[1] - ends[0], axis=1)[:, None]  # an arc between them stays in it
         row, piece = self.trimmed.pieces_meeting(face, ends.min(axis=0) - room, ends.max(axis=0) + room)
+        start = np.searchsorted(row, np.arange(len(face) + 1))
         p0, p1 = self.trimmed.p0[piece], self.trimmed.p1[piece]
 
-        def touches(edge: IntArray, face: IntArray, t: FloatArray) -> BoolArray:
-            near, foot = self._near(edge, face, t)
+        def touches(own: IntArray, t: FloatArray) -> BoolArray:
+            near, foot = self._near(edge[own], face[own], t)
+            of, at = items_of(start, own)
             off = np.full(len(t), np.inf)
-            np.minimum.at(off, row, distance_to_segments(foot.p[row], p0, p1))
+            np.minimum.at(off, of, distance_to_segments(foot.p[of], p0[at], p1[at]))
             touching = near & (off <= self.gap_mm)
             other = np.flatnonzero(near & ~touching)
-            touching[other] = self.trimmed.contains(face[other], foot.uv[other])
+            touching[other] = self.trimmed.contains(face[own[other]], foot.uv[other])
             return touching
 
-        return self._bisected(edge, face, good, bad, touches)
+        return last_held(good, bad, touches, halvings=HALVINGS)[0]
 
     def _at_corners(self, edge: IntArray, face: IntArray, t: FloatArray) -> FloatArray:
         """Move the ends of flush contacts on straight edges to the nearest corner of the face, where they end."""

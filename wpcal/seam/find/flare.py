@@ -20,6 +20,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.last_held import last_held
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.find.contact import find_runs
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_groove_roots, pipe_ranges
@@ -42,7 +43,7 @@ TILT_SIN = 0.02
 cross touch at a point; there the sine is small over less than 1 mm."""
 SAMPLES = 33  #: Places along a rounded face at which it is compared with another one, inside the box of the other face.
 TURN_SAMPLES = 129  #: The same round a whole torus.
-BISECTIONS = 40  #: Bisections of an end: from 31 mm between samples to 3e-11 mm.
+HALVINGS = 40  #: Of an end: from 31 mm between samples to 3e-11 mm.
 CHUNK = 20_000  #: Points compared in one array: about 20 MB.
 
 
@@ -146,16 +147,13 @@ class FlareSearch:
         nozzle = ball_centres(self.graph, pairs, roots, np.full(len(pairs), USUAL_TORCH.nozzle_radius_mm))
         most = np.maximum(ball_mm, MOST_BALL_MM)
 
-        def is_far(ball: FloatArray) -> BoolArray:
-            c = ball_centres(self.graph, pairs, roots, ball)
-            away = np.linalg.norm(nozzle - c, axis=1)
+        def is_far(row: IntArray, ball: FloatArray) -> BoolArray:
+            c = ball_centres(self.graph, pairs.select(row), roots.select(row), ball)
+            away = np.linalg.norm(nozzle[row] - c, axis=1)
             return np.asarray(away > USUAL_TORCH.wire_mm, dtype=bool)  # false where there is no nozzle (NaN)
 
-        low, high = ball_mm, np.where(is_far(ball_mm), most, ball_mm)
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2
-            far = is_far(middle)
-            low, high = np.where(far, middle, low), np.where(far, high, middle)
+        bad = np.where(is_far(np.arange(len(pairs)), ball_mm), most, ball_mm)
+        high = last_held(ball_mm, bad, is_far, halvings=HALVINGS)[1]
         fits = self.holds(pairs, s, high)
         return np.where(fits, high, ball_mm)
 
@@ -174,11 +172,12 @@ class FlareSearch:
             low[rows] = np.where(self.holds(pairs.select(rows), s[rows], ball), ball, 0.0)
         kept = np.flatnonzero(low > 0)
         pairs, s, good = pairs.select(kept), s[kept], low[kept]
-        bad = good + BALLS_MM[0] / THIN_STEPS
-        for _ in range(BISECTIONS):
-            middle = (good + bad) / 2
-            here = self.holds(pairs, s, middle)
-            good, bad = np.where(here, middle, good), np.where(here, bad, middle)
+        good, _ = last_held(
+            good,
+            good + BALLS_MM[0] / THIN_STEPS,
+            lambda row, ball: self.holds(pairs.select(row), s[row], ball),
+            halvings=HALVINGS,
+        )
         c = ball_centres(self.graph, pairs, find_groove_roots(self.graph, pairs, s), good)
         feet = [project_to_faces(self.graph, face, c).p for face in (pairs.pipe, pairs.other)]
         is_open = np.linalg.norm(feet[0] - feet[1], axis=1) > self.gap_mm
@@ -190,11 +189,9 @@ class FlareSearch:
         good: FloatArray = s[np.arange(len(at)), at].copy()
         todo = np.flatnonzero((at + way >= 0) & (at + way < s.shape[1]))
         inner, outer, own, ball = good[todo], s[todo, at[todo] + way], pairs.select(todo), ball_mm[todo]
-        for _ in range(BISECTIONS):
-            middle = (inner + outer) / 2
-            here = self.holds(own, middle, ball)
-            inner, outer = np.where(here, middle, inner), np.where(here, outer, middle)
-        good[todo] = inner
+        good[todo], _ = last_held(
+            inner, outer, lambda row, at: self.holds(own.select(row), at, ball[row]), halvings=HALVINGS
+        )
         return good
 
     def _is_near(self, roots: Roots) -> BoolArray:

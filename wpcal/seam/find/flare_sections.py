@@ -40,7 +40,7 @@ class FacePairs(Columns):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Roots:
+class Roots(Columns):
     """Cross-sections of grooves, shape (n, 3) or (n,): centre of the rounded face, directions, gap."""
 
     #: `centre`, `x`, `m`, `t`: shape (n, 3). The centre; the direction along the rounded face; from the centre to the

@@ -9,12 +9,13 @@ from functools import partial
 import numpy as np
 
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.last_held import last_held
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.find.flare import FlareSearch
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, other_radii
 
-BISECTIONS = 30  #: Bisections of a depth or a radius: from 20 mm to 2e-8 mm.
+HALVINGS = 30  #: Of a depth or a radius: from 20 mm to 2e-8 mm.
 ON_FACE_MM = 1e-7  #: A point nearer to the surface of a face is on it: the accuracy of vertices in kernels.
 RAY_ROUNDS = 8  #: Steps of Newton's method from a point beside a surface onto it along a line.
 
@@ -40,9 +41,9 @@ def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm
     largest = sections.least_radius
     c = ball_centres(search.graph, pairs, roots, ball_mm)
     most = np.full(len(pairs), USUAL_TORCH.wire_mm)
-    mouth = _largest(ball_mm, most, lambda ball: sections.holds_ball(ball, c))
+    mouth = _largest(ball_mm, most, lambda row, ball: sections.select(row).holds_ball(ball, c[row]))
     reach = []
-    for face, at in ((pairs.pipe, sections.on_pipe), (pairs.other, sections.on_other)):
+    for face, at in ((pairs.pipe, _Sections.on_pipe), (pairs.other, _Sections.on_other)):
         foot = project_to_faces(search.graph, face, c).p
         start = np.clip(np.einsum("ki,ki->k", foot - roots.centre, roots.t), 0.0, largest)
         reach.append(_largest(start, largest, partial(sections.reaches, face, at)))
@@ -55,19 +56,14 @@ def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm
     return GrooveShapes(mouth, depth, opening, continues, pipe_continues)
 
 
-def _largest(good: FloatArray, most: FloatArray, holds: Callable[[FloatArray], BoolArray]) -> FloatArray:
+def _largest(good: FloatArray, most: FloatArray, holds: Callable[[IntArray, FloatArray], BoolArray]) -> FloatArray:
     """Return the largest values from `good` up to `most` for which something is true."""
-    low, high = good.copy(), most.copy()
-    whole = holds(most)
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        here = holds(middle)
-        low, high = np.where(here, middle, low), np.where(here, high, middle)
-    return np.where(whole, most, low)
+    low, _ = last_held(good, most, holds, halvings=HALVINGS)
+    return np.where(holds(np.arange(len(most)), most), most, low)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Sections:
+class _Sections(Columns):
     search: FlareSearch
     pairs: FacePairs
     roots: Roots
@@ -105,9 +101,11 @@ class _Sections:
             p = p - (height / np.where(np.abs(down) > ON_FACE_MM, down, np.inf))[:, None] * at.m
         return p
 
-    def reaches(self, face: IntArray, at: Callable[[FloatArray], FloatArray], d: FloatArray) -> BoolArray:
-        """Tell whether points at distances out of the groove are on faces; shape (n,)."""
-        return self.is_on(face, at(d))
+    def reaches(
+        self, face: IntArray, at: Callable[[_Sections, FloatArray], FloatArray], row: IntArray, d: FloatArray
+    ) -> BoolArray:
+        """Tell whether points of some of the sections at distances out of the groove are on faces."""
+        return self.is_on(face[row], at(self.select(row), d))
 
     def holds_ball(self, ball_mm: FloatArray, c: FloatArray) -> BoolArray:
         """Tell whether balls touch both members, not farther from points c (n, 3) than a nozzle is."""

@@ -11,6 +11,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.last_held import last_held
 from wpcal.seam.find.changes import without_small_changes
 from wpcal.seam.find.contact import EdgeContacts
 from wpcal.seam.find.sides import (
@@ -30,8 +31,9 @@ from wpcal.seam.seam import JointType, SeamPieces, WeldType
 OTHER_PLACES = (0.19, 0.81)  #: Where else than in its middle a curved piece is looked at, as shares of its parameter.
 BEVEL_COS = (0.26, 0.97)  #: Between the normals of a bevel and of the surface beside it: 15 to 75 degrees.
 MOST_SIDE_MM = 60.0  #: The sides of a groove are shorter: 50 mm of plate at 30 degrees.
-EXTENT_BISECTIONS = 16  #: Bisections of an extent: from a quarter of it to a few hundred-thousandths.
+EXTENT_HALVINGS = 16  #: Of an extent: from a quarter of it to a few hundred-thousandths.
 EXTENT_SAMPLES = 40
+EXTENT_TOGETHER = 5  #: Points of each face that are compared at once.
 """Distances at which the extent of a face is tested, in a geometric series: neighbours differ by a factor of 1.25."""
 
 
@@ -212,13 +214,16 @@ def _extent(
     steps = np.geomspace(step_mm(gap_mm), max(graph.size_mm, 1.0), EXTENT_SAMPLES)
     first_off = np.full(len(p), len(steps) - 1)
     rows = np.arange(len(p))
-    for number, step in enumerate(steps):
-        on = is_on(graph, trimmed, face[rows], p[rows] + step * direction[rows])
-        first_off[rows[~on]] = number
-        rows = rows[on]
+    for first in range(0, len(steps), EXTENT_TOGETHER):
+        far = steps[first : first + EXTENT_TOGETHER, None]
+        at = (p[rows, None] + far * direction[rows, None]).reshape(-1, 3)
+        on = is_on(graph, trimmed, np.repeat(face[rows], len(far)), at).reshape(-1, len(far))
+        whole = on.all(axis=1)
+        first_off[rows[~whole]] = first + on[~whole].argmin(axis=1)
+        rows = rows[whole]
     low, high = np.where(first_off > 0, steps[first_off - 1], 0.0), steps[first_off]
-    for _ in range(EXTENT_BISECTIONS):
-        middle = (low + high) / 2
-        holds = is_on(graph, trimmed, face, p + middle[:, None] * direction)
-        low, high = np.where(holds, middle, low), np.where(holds, high, middle)
-    return np.asarray(high, dtype=np.float64)
+
+    def holds(row: IntArray, far: FloatArray) -> BoolArray:
+        return is_on(graph, trimmed, face[row], p[row] + far[:, None] * direction[row])
+
+    return last_held(low, high, holds, halvings=EXTENT_HALVINGS)[1]

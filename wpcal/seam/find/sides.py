@@ -18,6 +18,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.last_held import last_held
 from wpcal.seam.find.contact import CHUNK, EdgeContacts
 from wpcal.seam.limits import OPPOSED_COS
 
@@ -38,7 +39,7 @@ OPENING_RAD = (np.radians(20.0), np.radians(200.0))
 SAME_SINE = 0.1
 """Seen from the wall and from the base, the sine of an opening is the same; with material between them it has the other
 sign. Along a curved edge, and across a gap, the two differ by some hundredths."""
-BISECTIONS = 28  #: Bisections of the place where the side changes: from 8 mm to 3e-8 mm.
+HALVINGS = 28  #: Of the place where the side changes: from 8 mm to 3e-8 mm.
 
 
 CONTINUES = 1
@@ -266,13 +267,12 @@ def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeConta
     change = np.flatnonzero(
         same_contact & _differ(sides.select(np.arange(len(t) - 1)), sides.select(np.arange(1, len(t))))
     )
-    good, bad = t[change], t[change + 1]
-    left = sides.select(change)
-    for _ in range(BISECTIONS if len(change) else 0):
-        middle = (good + bad) / 2
-        here = find_sides(graph, trimmed, contacts, contact[change], middle, ledge_mm=step_mm(gap_mm))
-        other = _differ(left, here)
-        good, bad = np.where(other, good, middle), np.where(other, middle, bad)
+
+    def is_same(row: IntArray, at: FloatArray) -> BoolArray:
+        here = find_sides(graph, trimmed, contacts, contact[change[row]], at, ledge_mm=step_mm(gap_mm))
+        return ~_differ(sides.select(change[row]), here)
+
+    good, _ = last_held(t[change], t[change + 1], is_same, halvings=HALVINGS)
     first = np.flatnonzero(np.concatenate([[True], ~same_contact])) if len(t) else np.zeros(0, dtype=np.int64)
     begin = np.sort(np.concatenate([first, change + 1]))
     end = np.append(begin[1:], len(t))  # the stations of a stretch are begin:end

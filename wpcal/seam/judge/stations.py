@@ -15,7 +15,8 @@ from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_of_groups
 from wpcal.brep.rays import START_MM
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import Columns, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.last_held import last_held
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.path.cut import by_number, parameters_at, points_at, spans_of
 from wpcal.seam.path.direction import Runs
@@ -35,7 +36,7 @@ SEARCH_MM, SEARCH_PLACES = 16.0, 32
 """How far beside a place where a point of the wire meets a solid a free place is looked for, and at how many places at
 a time."""
 STRAIGHT_MM = 1e-9  #: A seam is straight, and its frame does not turn, within this: round-off.
-HALVINGS = 50  #: Bisections of a parameter interval: to the last bit.
+HALVINGS = 50  #: Of a parameter interval: to the last bit.
 
 
 def start_mm(seam: Seam) -> float:
@@ -267,13 +268,13 @@ def _exact(graph: BrepGraph, seam: Seam, s_mm: float, hits: _Crossings, *, enter
     found: list[float] = []
     for out in (0.0, start_mm(seam)):
 
-        def height(at: FloatArray, out_mm: float = out) -> FloatArray:
+        def is_above(row: IntArray, at: FloatArray, out_mm: float = out) -> BoolArray:
             p = evaluate_edges(graph, np.full(len(at), edge), at)[0]
             s = ends[0] + (at - t[0]) / (t[1] - t[0]) * (ends[1] - ends[0])
             z = np.stack([np.interp(s, seam.frames.s_mm, seam.frames.R[:, k, 2]) for k in range(3)], axis=1)
-            return heights(graph, faces, p + out_mm * z)
+            return np.asarray(heights(graph, faces[row], p + out_mm * z) > 0, dtype=bool)
 
-        at = _bisected(height, t, len(faces))
+        at = _changes(is_above, t, len(faces))
         found += [first + abs(arc_length(graph, edge, t0, float(value))) for value in at]
         if found and seam.source.is_filled:
             break
@@ -313,13 +314,11 @@ def _where_wire_is_free(trimmed: TrimmedFaces, wires: _Wires, changes: Sequence[
         good[rows] = places[own, first]
 
 
-def _bisected(height: Callable[[FloatArray], FloatArray], t: FloatArray, count: int) -> FloatArray:
-    """Bisect between two parameters for those at which a point goes through `count` faces: its heights above them."""
-    low, high = np.full(count, t[0]), np.full(count, t[1])
-    side = height(low) > 0
-    has = side != (height(high) > 0)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        same = (height(middle) > 0) == side
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return np.asarray((low + high)[has] / 2, dtype=np.float64)
+def _changes(is_above: Callable[[IntArray, FloatArray], BoolArray], t: FloatArray, count: int) -> FloatArray:
+    """Return the parameters between two at which a point goes through `count` faces: where it is above them or not."""
+    every = np.arange(count)
+    side = is_above(every, np.full(count, t[0]))
+    rows = np.flatnonzero(side != is_above(every, np.full(count, t[1])))
+    low, high = (np.full(len(rows), end) for end in t)
+    low, high = last_held(low, high, lambda row, at: is_above(rows[row], at) == side[rows[row]], halvings=HALVINGS)
+    return np.asarray((low + high) / 2, dtype=np.float64)

@@ -14,6 +14,7 @@ import numpy as np
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.last_held import last_held
 from wpcal.seam.chain import ROUND_MM, Chain
 from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import SeamPieces
@@ -23,7 +24,7 @@ LOOP_SAMPLES = 65
 """Points per piece for finding the start of a loop, which is then refined: a piece is at most one turn."""
 AREA_SAMPLES = 32  #: Points per piece for the area vector of a loop, of which only the signs are used.
 UPRIGHT = 1e-6  #: A component of the area vector below this share of the largest one is round-off: the loop is upright.
-BISECTIONS = 60  #: Bisections of a parameter interval: to the last bit.
+HALVINGS = 60  #: Of a parameter interval: to the last bit.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,13 +160,10 @@ def _lowest_x(graph: BrepGraph, edge: IntArray, t: FloatArray) -> FloatArray:
     """Return where x is least between t[:, 0] and t[:, 2]: at the zero of its slope, or t[:, 1] if there is no zero."""
     way = np.sign(t[:, 2] - t[:, 0])
 
-    def slope(at: FloatArray) -> FloatArray:
-        return np.asarray(evaluate_edges(graph, edge, at)[1][:, 0] * way, dtype=np.float64)
+    def slope(row: IntArray, at: FloatArray) -> FloatArray:
+        return np.asarray(evaluate_edges(graph, edge[row], at)[1][:, 0] * way[row], dtype=np.float64)
 
-    low, high = t[:, 0], t[:, 2]
-    turns = (slope(low) < 0) & (slope(high) > 0)
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        falls = slope(middle) < 0
-        low, high = np.where(falls, middle, low), np.where(falls, high, middle)
+    rows = np.arange(len(t))
+    turns = (slope(rows, t[:, 0]) < 0) & (slope(rows, t[:, 2]) > 0)
+    low, high = last_held(t[:, 0], t[:, 2], lambda row, at: slope(row, at) < 0, halvings=HALVINGS)
     return np.where(turns, (low + high) / 2, t[:, 1])
