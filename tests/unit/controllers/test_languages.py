@@ -65,13 +65,34 @@ def test_names_are_at_most_24_characters_and_no_keywords(make_program):
     assert "$TOOL=TOOL_DATA[7]" in files["for_2.src"]
 
 
-def test_the_configuration_of_fanuc_is_the_users(make_program):
-    with pytest.raises(InputError, match=r'fanuc: every position needs .*--config fanuc="N U T, 0, 0, 0"'):
-        write_fanuc(make_program(controller=ControllerSettings()))
-    given_one = write_fanuc(make_program(controller=ControllerSettings(configurations={"": "N U T, 0, 0, -1"})))
-    assert given_one["W1.ls"].count("CONFIG : 'N U T, 0, 0, -1'") == 16
-    with pytest.raises(InputError, match="expected it as the pendant shows it"):
-        write_fanuc(make_program(controller=ControllerSettings(configurations={"fanuc": "0,0,0"})))
+@pytest.mark.parametrize(
+    ("write", "file", "example", "other", "written"),
+    [
+        (write_fanuc, "W1.ls", "N U T, 0, 0, 0", "N U T, 0, 0, -1", "CONFIG : 'N U T, 0, 0, -1'"),
+        (write_inform, "W1.jbi", "1,0,0,0,0,0,0,0", "0,1,0,0,0,0,0,0", "///RCONF 0,1,0,0,0,0,0,0\r\n"),
+    ],
+)
+def test_the_configuration_is_the_users(make_program, write, file, example, other, written):
+    with pytest.raises(InputError, match=f'every position needs .*--config [a-z]*="{example}"'):
+        write(make_program(controller=ControllerSettings()))
+    text = write(make_program(controller=ControllerSettings(configurations={"": other})))[file]
+    assert text.count(written) == (16 if write is write_fanuc else 1)  # an RCONF stands where it changes
+
+
+@pytest.mark.parametrize(
+    ("write", "changes", "says"),
+    [
+        (write_fanuc, {"motion": MotionSettings(speed_mm_s=7.3)}, r"nearest is 7\.333 mm/s"),
+        (write_fanuc, {"n": 10_000}, "at most 9999"),
+        (write_fanuc, {"controller": ControllerSettings(configurations={"fanuc": "0,0,0"})}, "as the pendant shows it"),
+        (write_inform, {"motion": MotionSettings(speed_mm_s=7.25)}, r"multiple of 0\.1 mm/s"),
+        (write_inform, {"n": 10_000}, "at most 9999"),
+        (write_val3, {"n": 10_000}, "seam W1 has 10000 points"),
+    ],
+)
+def test_what_a_language_cannot_hold_is_refused(make_program, write, changes, says):
+    with pytest.raises(InputError, match=says):
+        write(make_program(**changes))
 
 
 def test_remarks_fit_the_pendant_and_cannot_end_an_instruction(make_program):
@@ -101,20 +122,6 @@ def test_the_program_sets_the_user_frame_to_the_part(make_program):
     assert compare(execute(moved, tools=(program.controller.tool_number,)), asked_of(program)).others
 
 
-def test_what_tp_cannot_hold_is_refused(make_program):
-    with pytest.raises(InputError, match=r"nearest is 7\.333 mm/s"):
-        write_fanuc(make_program(motion=MotionSettings(speed_mm_s=7.3)))
-    with pytest.raises(InputError, match="at most 9999"):
-        write_fanuc(make_program(n=10_000))
-
-
-def test_the_configuration_of_inform_is_the_users(make_program):
-    with pytest.raises(InputError, match=r'inform: every position needs .*--config inform="1,0,0,0,0,0,0,0"'):
-        write_inform(make_program(controller=ControllerSettings()))
-    given_one = write_inform(make_program(controller=ControllerSettings(configurations={"": "0,1,0,0,0,0,0,0"})))
-    assert "///RCONF 0,1,0,0,0,0,0,0\r\n" in given_one["W1.jbi"]
-
-
 def test_cartesian_positions_make_a_relative_job(make_program):
     lines = write_inform(make_program(controller=ControllerSettings(frame_number=5, configurations={"": "1,0"})))[
         "W1.jbi"
@@ -122,16 +129,6 @@ def test_cartesian_positions_make_a_relative_job(make_program):
     assert lines[lines.index("///ATTR SC,RW,RJ") + 1] == "////FRAME USER 5"
     with pytest.raises(InputError, match="as RCONF of a job has them"):
         write_inform(make_program(controller=ControllerSettings(configurations={"inform": "N U T"})))
-
-
-def test_a_job_holds_at_most_9999_lines(make_program):
-    with pytest.raises(InputError, match="at most 9999"):
-        write_inform(make_program(n=10_000))
-
-
-def test_a_speed_finer_than_the_format_is_refused(make_program):
-    with pytest.raises(InputError, match=r"multiple of 0\.1 mm/s"):
-        write_inform(make_program(motion=MotionSettings(speed_mm_s=7.25)))
 
 
 def test_comments_fit_the_pendant(make_program):
@@ -180,11 +177,6 @@ def test_no_two_names_of_val3_and_urscript_differ_by_capitals_only(make_program)
     names = [name.lower() for name in (*re.findall(r'<Data name="(\w+)"', text), "tTorch")]
     assert len(names) == len(set(names)) == 5 + 2 * len(paths) + 1
     assert [*write_urscript(replace(program, controller=ControllerSettings("WP_Part")))] == ["WP_Part_2.script"]
-
-
-def test_an_array_holds_at_most_9999_points(make_program):
-    with pytest.raises(InputError, match="seam W1 has 10000 points"):
-        write_val3(make_program(n=10_000))
 
 
 @pytest.mark.parametrize("encoding", ["foo1", "utf-7", "idna", "hex"])

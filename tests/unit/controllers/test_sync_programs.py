@@ -86,32 +86,23 @@ def parse_inform(text):
 
 
 @given(seed=st.integers(0, 2**32), n=st.integers(6, 40))
-def test_rapid_gives_back_joints_times_and_marks(seed, n):
+def test_programs_give_back_joints_times_and_marks(seed, n):
     program = program_of(seed, n)
-    files = write_sync_rapid(program)
-    assert sorted(files) == ["WPCAL_R1.mod", "WPCAL_R2.mod"]
+    rapid, inform = write_sync_rapid(program), write_sync_inform(program)
+    assert sorted(rapid) == ["WPCAL_R1.mod", "WPCAL_R2.mod"]
+    assert sorted(inform) == ["WPCAL.jbi", "WPCAL_R1.jbi", "WPCAL_R2.jbi"]
     for robot in (1, 2):
-        joints, marks, seconds, arc = parse_rapid(files[f"WPCAL_R{robot}.mod"])
+        one, other = rapid[f"WPCAL_R{robot}.mod"], inform[f"WPCAL_R{robot}.jbi"]
+        joints, marks, seconds, arc = parse_rapid(one)
         np.testing.assert_allclose(joints, np.degrees(program.joints[robot - 1]), rtol=0, atol=HALF_RAPID_DEG)
         np.testing.assert_allclose(seconds, program.seconds, rtol=0, atol=HALF_SECOND)
-        assert marks == list(range(1, n + 1))
-        assert 'PERS tasks tasks_W1{2}:=[["T_ROB1"],["T_ROB2"]];\r' in files[f"WPCAL_R{robot}.mod"]
-        assert arc == [("ARC ON", program.arc_on + 1), ("ARC OFF", program.arc_off + 1)]
-
-
-@given(seed=st.integers(0, 2**32), n=st.integers(6, 40))
-def test_inform_gives_back_joints_and_marks(seed, n):
-    program = program_of(seed, n)
-    files = write_sync_inform(program)
-    assert sorted(files) == ["WPCAL.jbi", "WPCAL_R1.jbi", "WPCAL_R2.jbi"]
-    for robot in (1, 2):
-        joints, marks, _, arc, syncs, kind = parse_inform(files[f"WPCAL_R{robot}.jbi"])
-        assert kind == "ANGLE"
+        assert 'PERS tasks tasks_W1{2}:=[["T_ROB1"],["T_ROB2"]];\r' in one
+        joints, *same, syncs, kind = parse_inform(other)
         np.testing.assert_allclose(joints, np.degrees(program.joints[robot - 1]), rtol=0, atol=HALF_INFORM_DEG)
-        assert marks == list(range(1, n + 1))
-        assert syncs == [(mark - 1) % SYNC_NUMBERS + 1 for mark in marks]
-        assert arc == [("ARC ON", program.arc_on + 1), ("ARC OFF", program.arc_off + 1)]
-        assert f"///GROUP1 RB{robot}" in files[f"WPCAL_R{robot}.jbi"]
+        assert marks == same[0] == list(range(1, n + 1))
+        assert arc == same[2] == [("ARC ON", program.arc_on + 1), ("ARC OFF", program.arc_off + 1)]
+        assert (kind, syncs) == ("ANGLE", [(mark - 1) % SYNC_NUMBERS + 1 for mark in marks])
+        assert f"///GROUP1 RB{robot}" in other
 
 
 def test_the_share_of_the_joint_speed_gives_the_time_back():

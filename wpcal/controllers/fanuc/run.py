@@ -46,7 +46,6 @@ SYNTAX = Syntax(
 )
 MOST_LABEL = 32766
 EXTENDED = re.compile(r"\bE\d\s*+=\s*+(-?\d++(?:\.\d++)?)")
-JUMPS = r"JMP LBL\[[^\]]*\]|CALL .*"
 
 
 class Values(tuple[float, ...]):
@@ -103,13 +102,13 @@ class _Program:
         self.labels = self._labels()
         self.points = {int(one["number"]): _point(one["body"]) for one in POSITION.finditer(text, points.end())}
 
-    def _labels(self) -> dict[int, int]:
+    def _labels(self) -> dict[str, int]:
         """Return the rows of the labels."""
-        labels: dict[int, int] = {}
+        labels: dict[str, int] = {}
         for at, (number, line) in enumerate(self.lines):
             if found := re.fullmatch(r"LBL\[(\d{1,5}+)(?::[^\]]*)?\]", line):
-                label = int(found[1])
-                if label in labels or not 1 <= label <= MOST_LABEL:
+                label = str(int(found[1]))
+                if label in labels or not 1 <= int(label) <= MOST_LABEL:
                     raise ProgramError(f"LBL[{label}] is there twice, or out of range", path=self.file, line=number)
                 labels[label] = at
         return labels
@@ -166,7 +165,7 @@ class Interpreter(LineInterpreter):
     LONGEST_MESSAGE = 24  #: Characters that MESSAGE shows.
     REMARKS: Mapping[str, float] = {"!": LONGEST_REMARK, "--eg:": math.inf}
     BLOCK = (r"IF .*THEN$", r"ELSE$", r"ENDIF$")
-    FOR = (r"FOR ", r"ENDFOR$")
+    FOR, LABELLED = (r"FOR ", r"ENDFOR$"), "LBL[{}]"
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.jobs: dict[str, _Program] = {}
@@ -234,20 +233,11 @@ class Interpreter(LineInterpreter):
             return self._motion(line)
         return self.matched(line, at)
 
-    def _jump(self, text: str) -> int | None:
-        if found := re.fullmatch(r"JMP LBL\[([^\]]+)\]", text):
-            label = int(self.value(found[1]))
-            if label not in self.job.labels:
-                raise ProgramError(f"LBL[{label}] is not there")
-            return self.job.labels[label]
-        if found := re.fullmatch(r"CALL (\w+)(?:\((.*)\))?", text):
-            before = self.registers["AR"]
-            given = found[2].split(",") if found[2] else []
-            self.registers["AR"] = {number: self.value(one) for number, one in enumerate(given, 1)}
-            self.routine(found[1])
-            self.registers["AR"] = before
-            return None
-        raise ProgramError(f"not followed: {text!r}")
+    def _call(self, name: str, given: str | None) -> None:
+        before, values = self.registers["AR"], given.split(",") if given else []
+        self.registers["AR"] = {number: self.value(one) for number, one in enumerate(values, 1)}
+        self.routine(name)
+        self.registers["AR"] = before
 
     # -- blocks ----------------------------------------------------------------------------------------------------
 
@@ -360,7 +350,7 @@ class Interpreter(LineInterpreter):
             raise ProgramError("Skip without SKIP CONDITION")
         hit = self.machine.search(T_goal, self.T_tool(), mm_s, is_edge=False)
         if hit is None:
-            return self._jump(f"JMP LBL[{label}]")
+            return self.jump(label)
         if register:
             self.registers["PR"][int(register)] = _values(inverse_pose(self.T_frame()) @ hit)
         return None
@@ -377,9 +367,6 @@ class Interpreter(LineInterpreter):
             raise ProgramError("OFFSET CONDITION in another user frame")
         self.item("PR", [int(register)])
         self.offsets["Tool_Offset" if kind == "TOOL_OFFSET" else "Offset"] = f"PR[{register}]"
-
-    def _if(self, condition: str, then: str) -> int | None:
-        return self._jump(then) if self.value(condition) else None
 
     def _set(self, left: str, right: str) -> None:
         found = re.fullmatch(r"(R|PR|DO|F|UFRAME|UTOOL|RO|P)\[(.*?)(?:,(\d))?\]", left)
@@ -413,11 +400,15 @@ class Interpreter(LineInterpreter):
         (r"SKIP CONDITION ([DR]I\[\d+\])=(ON|OFF)", _set_skip),
         (r"(TOOL_OFFSET|OFFSET) CONDITION PR\[(\d+)\](?:,UFRAME\[(\d+)\])?", _offset),
         (r"(UFRAME|UTOOL)_NUM(?:\[GP([12])\])?=(.*)", _number),
-        (rf"({JUMPS})", _jump),
-        (rf"IF (.*?),({JUMPS})", _if),
+        (r"JMP LBL\[([^\]]+)\]", lambda self, label: self.jump(str(int(self.value(label))))),
+        (r"CALL (\w+)(?:\((.*)\))?", _call),
+        (
+            r"IF (.*?),(JMP LBL\[[^\]]*\]|CALL .*)",
+            lambda self, one, then: self.matched(then, 0) if self.value(one) else None,
+        ),
         (r"WAIT (.*?)", LineInterpreter.wait),
         (r"MESSAGE\[(.*)\]", LineInterpreter.message),
-        (r"PAUSE", lambda self: self.stop()),
+        (r"PAUSE", LineInterpreter.pause),
         (r"ABORT", LineInterpreter.abort),
         (r"END", lambda _: -1),
         (r"Weld Start\[.*", lambda self: self.machine.switch(Does.ON)),

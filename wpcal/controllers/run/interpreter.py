@@ -195,6 +195,7 @@ class LineInterpreter(Interpreter):
     LONGEST_MESSAGE: int
     REMARKS: Mapping[str, float]  #: What begins a remark, and how many characters it may have.
     BLOCK: tuple[str, str, str]  #: Patterns of IF, ELSE and ENDIF.
+    LABELLED: str  #: How a label is shown.
     FOR: tuple[str, str]  #: Patterns of the head of a loop that counts, and of its end.
     LABEL = r"LBL\[|\*|END"  #: Patterns of a place to jump to, and of an end.
     jobs: dict[str, Any]  #: Programs by name, with their `file` and their `lines`: numbers and texts.
@@ -285,6 +286,17 @@ class LineInterpreter(Interpreter):
             return None
         self.set(name, self.number(name) + step)
         return begin + 1
+
+    def jump(self, label: str, condition: str | None = None) -> int | None:
+        """Go to a label if the condition holds."""
+        if label not in self.job.labels:
+            raise ProgramError(f"{self.LABELLED.format(label)} is not there")
+        return int(self.job.labels[label]) if condition is None or self.holds(condition) else None
+
+    def pause(self, condition: str | None = None) -> None:
+        """Stand if the condition holds, until the operator lets the program go on."""
+        if condition is None or self.holds(condition):
+            self.stop()
 
     def message(self, text: str) -> None:
         """Show a message."""

@@ -111,7 +111,7 @@ class Interpreter(LineInterpreter):
     LONGEST_MESSAGE = 32  #: Characters that MSG shows.
     REMARKS: Mapping[str, float] = {"'": LONGEST_COMMENT, "//": LONGEST_COMMENT}
     BLOCK = ("IFTHENEXP", "ELSEEXP", "ENDIF")
-    FOR = ("FOR", "NEXT")
+    FOR, LABELLED = ("FOR", "NEXT"), "*{}"
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.jobs: dict[str, _Job] = {}
@@ -282,11 +282,8 @@ class Interpreter(LineInterpreter):
         at = self.machine.T_base_tool(self.T_tool())
         self.go("L", moved(at, *self._displacement(point, frame, user)), speed_mm_s=float(speed))
 
-    def _sfton(self, name: str, frame: str | None, user: str | None) -> None:
-        self.shift = self._displacement(self.place(name), frame, user)
-
-    def _sftof(self) -> None:
-        self.shift = None
+    def _shift(self, name: str | None, frame: str | None = None, user: str | None = None) -> None:
+        self.shift = None if name is None else self._displacement(self.place(name), frame, user)
 
     def _displacement(self, point: _Point, frame: str | None, user: str | None) -> tuple[FloatArray, bool]:
         """Return a displacement in `base`, or in the tool, and whether it is in the tool."""
@@ -373,11 +370,6 @@ class Interpreter(LineInterpreter):
             raise ProgramError(f"the condition {text!r} is not followed")
         return bool({"=": operator.eq, **COMPARE}[found[2]](self.number(found[1]), self.number(found[3])))
 
-    def _jump(self, label: str, condition: str | None) -> int | None:
-        if label not in self.job.labels:
-            raise ProgramError(f"*{label} is not there")
-        return self.job.labels[label] if condition is None or self.holds(condition) else None
-
     def _call(self, name: str, condition: str | None) -> None:
         if condition is None or self.holds(condition):
             self.routine(name)
@@ -385,24 +377,11 @@ class Interpreter(LineInterpreter):
     def _while(self, at: int, condition: str) -> int | None:
         return None if self.holds(condition) else self.end_of(at, "WHILEEXP", "ENDWHILE") + 1
 
-    def _endwhile(self, at: int) -> int:
-        return self.end_of(at, "ENDWHILE", "WHILEEXP", by=-1)
-
-    def _for(self, at: int, name: str, first: str, last: str) -> int | None:
-        return self.count_from(at, name, self.number(first), self.number(last))
-
     # -- the rest --------------------------------------------------------------------------------------------------
 
     def _end(self) -> int:
         self._end_arc()
         return -1
-
-    def _pause(self, condition: str | None) -> None:
-        if condition is None or self.holds(condition):
-            self.stop()
-
-    def _output(self, number: str, state: str) -> None:
-        self.output("OT", int(number), on=state == "ON")
 
     _FRAME = r"(?: (BF|RF|TF|UF#)(?:\((\d+)\))?)?"
     _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (
@@ -412,8 +391,7 @@ class Interpreter(LineInterpreter):
         (rf"S?MOVL {POINT}{AXES} V=(\d+\.\d+)( [A-Z].*?)?{MASTER}", _movl),
         (rf"S?MOVC {POINT}{AXES} V=(\d+\.\d+)( [A-Z].*?)?{MASTER}", _movc),
         (rf"IMOV {POINT} V=(\d+\.\d+)(?: PL=\d)?{_FRAME}", _imov),
-        (rf"SFTON {POINT}{_FRAME}", _sfton),
-        (r"SFTOF", _sftof),
+        (rf"SFTON {POINT}{_FRAME}|SFTOF", _shift),
         (r"ARCON\b.*", lambda self: self.machine.switch(Does.ON)),
         (r"ARCOF\b.*", lambda self: self.machine.switch(Does.OFF)),
         (r"(?:ARCSET|WVON|WVOF)\b.*|TSYNC \d+ SNUM=2", lambda _: None),
@@ -424,20 +402,23 @@ class Interpreter(LineInterpreter):
         (r"GETE (D\d{3}) (PX?\d{3}) \(([1-6])\)", _gete),
         (r"SETE (PX?\d{3}) \(([1-6])\) (\S+)", _sete),
         (rf"CLEAR {NUMBER} (\d{{1,3}})", _clear),
-        (r"JUMP \*(\S+)(?: IF (.*))?", _jump),
+        (r"JUMP \*(\S+)(?: IF (.*))?", LineInterpreter.jump),
         (r"CALL JOB:(\S+)(?: IF (.*))?", _call),
         (r'MSG "(.*)"', LineInterpreter.message),
-        (r"PAUSE(?: IF (.*))?", _pause),
+        (r"PAUSE(?: IF (.*))?", LineInterpreter.pause),
         (r"WAIT (\S+)(?: T=(\S+))?", LineInterpreter.wait),
-        (r"DOUT OT#\((\d+)\) (ON|OFF)", _output),
+        (r"DOUT OT#\((\d+)\) (ON|OFF)", lambda self, one, state: self.output("OT", int(one), on=state == "ON")),
         (r"ABORT", LineInterpreter.abort),
     )
     _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = (
         (r"IFTHENEXP (.*)", LineInterpreter.then),
         (r"ELSEEXP", LineInterpreter.otherwise),
         (r"WHILEEXP (.*)", _while),
-        (r"ENDWHILE", _endwhile),
-        (rf"FOR {NUMBER} ?= ?(\S+) TO (\S+)", _for),
+        (r"ENDWHILE", lambda self, at: self.end_of(at, "ENDWHILE", "WHILEEXP", by=-1)),
+        (
+            rf"FOR {NUMBER} ?= ?(\S+) TO (\S+)",
+            lambda self, at, n, *ends: self.count_from(at, n, *map(self.number, ends)),
+        ),
         (r"NEXT [BID]\d{3}", LineInterpreter.count_on),
         (r"ENDIF", lambda _, __: None),
     )
