@@ -21,7 +21,7 @@ from cad.batch.seams_asked import SeamsAsked
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.cli.option_groups import command, group_of, takes
-from wpcal.controllers.points_asked import PointsAsked
+from wpcal.controllers.taught_program import PointsAsked
 from wpcal.controllers.touch_run import TouchRun, read_touch_run
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import holds_file, read_bytes

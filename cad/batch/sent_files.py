@@ -17,7 +17,7 @@ from typing import Any
 
 from cad.batch.job_record import names_in, with_names
 from cad.work.plain_data import pack, unpack
-from wpcal.controllers.touch_results import files_beside
+from wpcal.controllers.touch_run import files_beside
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes, sha256_of
 

@@ -14,7 +14,7 @@ from wpcal.cli.shared_help import JSON_HELP
 
 if TYPE_CHECKING:
     from cad.batch.request import NominalAsked
-    from wpcal.controllers.points_asked import PointsAsked
+    from wpcal.controllers.taught_program import PointsAsked
     from wpcal.taught.match import Match, MatchOptions
 
 MOST_SHOWN = 20  #: Answers shown; --json has all of them.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 FINDING, CHOICE = "wpcal.seam.options:SeamOptions", "cad.batch.seams_asked:SeamsAsked"
-BODIES, POINTS = "cad.batch.bodies_asked:BodiesAsked", "wpcal.controllers.points_asked:PointsAsked"
+BODIES, POINTS = "cad.batch.bodies_asked:BodiesAsked", "wpcal.controllers.taught_program:PointsAsked"
 FITTING, REQUEST = "cad.workpiece.fit_taught:CalibrateOptions", "cad.batch.request:Request"
 """Option groups (`wpcal.cli.option_groups.takes`)."""
 PART, MESH, LINES = "part", "mesh", "lines"

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cad.session.part import PickPart
     from cad.session.session import PickSession
     from cad.workpiece.fit_taught import CalibrateOptions
-    from wpcal.controllers.points_asked import PointsAsked
+    from wpcal.controllers.taught_program import PointsAsked
     from wpcal.robot.links.watch import Watch
     from wpcal.seam.options import Judging
 

@@ -176,7 +176,7 @@ def touches(
 def _after_first(file: Path, results: Path, options: TouchOptions) -> tuple[RigidTransform, TouchOptions]:
     """Return where a first stage found the part, and options with its tool and what it left unknown."""
     from wpcal.cli.outputs import require_as_planned
-    from wpcal.controllers.touch_results import read_touch_results
+    from wpcal.controllers.touch_run import read_touch_results
     from wpcal.touch.plan.stages import found_place
     from wpcal.touch.searches import read_touch_plan
     from wpcal.touch.touch_results import pair_results

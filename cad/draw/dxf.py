@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from cad.draw.reproducible import reproducible
-from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, in_ascii, safe_name, safe_names
 from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.registry import Exporter
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError
 from wpcal.seam.seam import JointType

@@ -12,9 +12,9 @@ import numpy as np
 
 from wpcal.brep.mesh import PartMesh
 from wpcal.brep.mesh_glb import PART_RGB, linear_light, read_part_glb
-from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.registry import Exporter
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 

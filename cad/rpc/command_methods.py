@@ -69,7 +69,7 @@ def _out(params: Mapping[str, Any]) -> list[str]:
 
 def formats(_: Mapping[str, Any]) -> dict[str, Any]:
     """Return the formats of `export`."""
-    from wpcal.controllers.exporters import exporter_named, exporter_names
+    from wpcal.controllers.registry import exporter_named, exporter_names
 
     exporters = [exporter_named(name) for name in exporter_names()]
     listed = [

@@ -23,7 +23,7 @@ from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.means import Means
 from cad.workpiece.seams import SeamChoice
 from wpcal.cli.option_groups import option_names
-from wpcal.controllers.points_asked import PointsAsked
+from wpcal.controllers.taught_program import PointsAsked
 from wpcal.controllers.touch_run import TouchRun
 from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import InputError

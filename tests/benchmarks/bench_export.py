@@ -12,8 +12,8 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 
 from tests.benchmarks.timing import least_seconds
-from wpcal.controllers.exporters import exporter_named, exporter_names
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
+from wpcal.controllers.registry import exporter_named, exporter_names
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType

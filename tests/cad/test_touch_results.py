@@ -22,7 +22,7 @@ from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.solve.touches import Pose, fit_squares
 from wpcal.controllers.registry import controllers
-from wpcal.controllers.touch_results import read_touch_results
+from wpcal.controllers.touch_run import read_touch_results
 from wpcal.core import FormatError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation

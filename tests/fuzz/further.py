@@ -38,8 +38,8 @@ from cad.work.plain_types import PlainDataError
 from cad.workpiece.workpiece import Workpiece
 from tests.fuzz.target import FIXTURES, Target, of_path
 from wpcal.brep.graph_file import read_graph
-from wpcal.controllers.exporters import exporter_named, exporter_names
 from wpcal.controllers.program.weld_program import build_program
+from wpcal.controllers.registry import exporter_named, exporter_names
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.result_files import JOB_FILE, SUMMARY_FILE

@@ -10,7 +10,7 @@ import numpy as np
 from tests.fuzz.target import Target, of_path
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_results_files import WRITERS
-from wpcal.controllers.touch_results import read_touch_results
+from wpcal.controllers.touch_run import read_touch_results
 from wpcal.touch.searches import Outcome, read_touch_plan
 from wpcal.touch.touch_results import pair_results
 

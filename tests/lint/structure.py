@@ -17,8 +17,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_602,
-    "lines of tests": 64_077,
+    "lines of wpcal and cad": 122_470,
+    "lines of tests": 64_054,
     "rooms": 18,
     "arrows between rooms": 80,
     "imported packages that pyproject.toml does not declare": 0,

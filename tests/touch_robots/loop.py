@@ -15,8 +15,7 @@ from tests.touch_robots.robot import Array, Robot, Senses, Torch, Welder
 from tests.touch_robots.solid import Solid
 from wpcal.controllers.language.touch import ENDED_TEXT
 from wpcal.controllers.registry import controller_named
-from wpcal.controllers.run.machine import rigid
-from wpcal.controllers.run.program import Run
+from wpcal.controllers.run.machine import Run, rigid
 
 T_FLANGE_TOOL = rigid(Rotation.from_euler("xyz", [10.0, 35.0, 20.0], degrees=True).as_matrix(), [30.0, -5.0, 410.0])
 """Where the torch is on the flange: no axis of the tool is along one of the flange."""

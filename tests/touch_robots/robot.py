@@ -15,8 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from tests.touch_robots.solid import NEAR_MM, Array, Solid, distance
 from tests.touch_robots.sweep import way_to_contact
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.machine import Place, rigid
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import Place, ProgramError, rigid
 from wpcal.core.same_bits import inverse_pose
 
 TOUCH_MM = 1e-6  #: Wire and part closer than this touch.

@@ -7,8 +7,7 @@ from scipy.spatial.transform import Rotation
 from tests.touch_robots.robot import CrashError, Robot, Senses, Torch
 from tests.touch_robots.solid import Solid, distance
 from tests.touch_robots.sweep import way_to_contact
-from wpcal.controllers.run.machine import rigid
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import ProgramError, rigid
 
 ROUND_OFF_MM = 1e-6
 RIM_MM = 2e-3

@@ -74,7 +74,7 @@ def audit(*, path: Path, fix: bool, output: Path | None, robot: RobotOfProgramAs
     with shown_progress(f"auditing {path}") as progress:
         report = audit_path(path, around, progress=progress)
     if output is not None:
-        from wpcal.controllers.audit.repair import repair_file
+        from wpcal.controllers.audit.records import repair_file
 
         done = repair_file(path, output, report.files[0].faults, overwrite=force)
         report = audit_path(output, around)

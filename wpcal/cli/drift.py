@@ -88,7 +88,7 @@ def _state(pooled: CellErrors, file: Path) -> str:
 
 def _corrected(folders: Sequence[Path], parts: Sequence[PartDrift]) -> list[list[str]]:
     """Return for each part what was corrected alike on it: by the touch-ups in the folders of its jobs."""
-    from wpcal.controllers.touchup.pooled import earlier_touch_ups, proposals
+    from wpcal.controllers.touchup.record import earlier_touch_ups, proposals
 
     found = [each for folder in folders for each in earlier_touch_ups(folder, must=False)]
     return [proposals([each for each in found if each.get("part") == part.jobs.sha256]) for part in parts]

@@ -81,8 +81,8 @@ def export(
     from wpcal.cli.export_touches import export_touches, touches_file, with_touches, write_touch_setup
     from wpcal.cli.outputs import write_programs
     from wpcal.cli.progress import shown_progress
-    from wpcal.controllers.exporters import exporter_named
     from wpcal.controllers.judge.written import write_judged
+    from wpcal.controllers.registry import exporter_named
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
 
@@ -144,7 +144,7 @@ def _write_templates(folder: Path, names: list[str], *, force: bool) -> int:
 
 
 def _list_formats(*, as_json: bool) -> int:
-    from wpcal.controllers.exporters import exporter_named, exporter_names
+    from wpcal.controllers.registry import exporter_named, exporter_names
 
     exporters = [exporter_named(name) for name in exporter_names()]
     if as_json:

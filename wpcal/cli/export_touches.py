@@ -14,11 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from wpcal.cli.export_options import WeldProgramAsked
-    from wpcal.controllers.exporters import Exporter
     from wpcal.controllers.judge.written import Written
     from wpcal.controllers.program import WeldProgram
     from wpcal.controllers.program.touch_program import TouchProgram
-    from wpcal.controllers.registry import Controller
+    from wpcal.controllers.registry import Controller, Exporter
     from wpcal.robot.kinematics.arm import Arm
     from wpcal.touch.searches import TouchPlan
 

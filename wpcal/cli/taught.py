@@ -11,7 +11,7 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
-    from wpcal.controllers.points_asked import PointsAsked
+    from wpcal.controllers.taught_program import PointsAsked
 
 
 @command()
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="Output: a table.  [default: stdout]"
 )
-@takes("reading", "wpcal.controllers.points_asked:PointsAsked")
+@takes("reading", "wpcal.controllers.taught_program:PointsAsked")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TAUGHT.csv.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the points.")
 def taught(*, program: Path, out: Path | None, reading: PointsAsked, force: bool, as_json: bool) -> int:

@@ -63,9 +63,8 @@ def touchup(
     program that is written is not free of the part.
     """
     from wpcal.cli.outputs import require_new, typed_options
-    from wpcal.controllers.touchup.pooled import earlier_touch_ups, proposals
     from wpcal.controllers.touchup.poses import read_program
-    from wpcal.controllers.touchup.record import touch_up_record
+    from wpcal.controllers.touchup.record import earlier_touch_ups, proposals, touch_up_record
     from wpcal.controllers.touchup.rewrite import moved_text, without_claim
     from wpcal.controllers.touchup.study import TouchUp
     from wpcal.controllers.touchup.swept import NOT_SEEN, faults_of

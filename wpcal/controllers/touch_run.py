@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from wpcal.controllers.touch_results import read_touch_results
+from wpcal.controllers.language.grammar import ENCODING
+from wpcal.controllers.registry import Controller, controllers
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import listed
 from wpcal.taught.table import TaughtPoints
-from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
+from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchSetup, read_touch_plan, read_touch_setup
 from wpcal.touch.touch_results import SilentRows, nominal_place, pair_results, require_enough
 
 OTHER_PART = "other-part"  #: Code of the issue that the plan is for a part of another name.
@@ -60,3 +63,54 @@ def read_touch_run(
         other = f"the touches were planned for {plan.part}, and the part is {part}; is it the same part?"
         issues = (Issue(OTHER_PART, other), *issues)
     return TouchRun(taught, nominal_place(plan), record, issues, paired.silent)
+
+
+def read_touch_results(path: Path, plan: TouchPlan, setup: TouchSetup | None = None) -> SearchResults:
+    """Read what a controller stored when it ran the searches of a plan.
+
+    Raises `InputError` when no controller stores results in such files, or they cannot be used.
+
+    `path`: A file of the controller, or a folder with its files. Of files that belong together (``posreg.va`` and
+    ``numreg.va``) one is named, and the other is beside it.
+    """
+    known = [each for each in controllers() if each.touch_results_reader is not None]
+    chosen = _claiming(path, known)
+    if not chosen:
+        patterns = listed(sorted({name for each in known for name in each.touch_results}))
+        raise InputError(f"{path}: is not a file in which a touch program stores its results; expected {patterns}")
+    if len(chosen) > 1:
+        names = listed(each.name for each in chosen)
+        raise InputError(f"{path}: holds files of {names}; name the file with the results")
+    files = [ResultsFile(str(each), read_bytes(each).decode(ENCODING)) for each in _files(path, chosen[0])]
+    return chosen[0].read_touches(files, plan, setup or TouchSetup())
+
+
+def files_beside(path: Path) -> list[Path]:
+    """Return the files in the folder of a file that are read together with it, whichever controller wrote it."""
+    known = [each for each in controllers() if each.touch_results_reader is not None]
+    return sorted({other for each in known for other in _files(path, each)} - {path})
+
+
+def _files(path: Path, controller: Controller) -> list[Path]:
+    """Return the files to read: those of a folder, or the named one with those that belong to it."""
+    if path.is_dir():
+        own = controller.touch_results
+        files = [each for each in sorted(path.iterdir()) if each.is_file()]
+        return [each for each in files if any(fnmatchcase(each.name.lower(), pattern) for pattern in own)]
+    if path.name.lower() not in controller.touch_results or not path.is_file():
+        return [path]
+    return [path, *(each for each in sorted(path.parent.iterdir()) if _is_partner(path, each, controller))]
+
+
+def _claiming(path: Path, known: list[Controller]) -> list[Controller]:
+    """Return the controllers whose results are in a file or a folder; a whole name outranks a suffix."""
+    names = [each.name.lower() for each in path.iterdir()] if path.is_dir() else [path.name.lower()]
+    whole = [each for each in known if any(pattern in names for pattern in each.touch_results)]
+    if whole:
+        return whole
+    return [each for each in known if any(fnmatchcase(name, p) for name in names for p in each.touch_results)]
+
+
+def _is_partner(path: Path, other: Path, controller: Controller) -> bool:
+    """Whether another file belongs to the named one: the controller reads files of both names together."""
+    return other.name.lower() in controller.touch_results and other.name.lower() != path.name.lower()

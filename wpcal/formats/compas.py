@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path
+from wpcal.controllers.registry import Exporter
 from wpcal.core.records import to_json
 
 NAMES = NameRules("COMPAS", 60)  #: For the name of the file. The length is our choice; COMPAS sets no limit.

@@ -14,10 +14,10 @@ from textwrap import wrap
 
 import numpy as np
 
-from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.describe import describe
+from wpcal.controllers.registry import Exporter
 from wpcal.core.rotations import zyx_angles
 
 NAMES = NameRules("a datum", 24)  #: For the names of the files.

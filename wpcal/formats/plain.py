@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe
+from wpcal.controllers.registry import Exporter
 from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import json
 
-from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path
+from wpcal.controllers.registry import Exporter
 from wpcal.core.rotations import quaternion_from_rotation
 
 NAMES = NameRules("ROS", 60)  #: For names of files. The length is our choice; ROS sets no limit.

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.controllers.exporters import Exporter
 from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name
 from wpcal.controllers.language.rounding import rounded
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path
+from wpcal.controllers.registry import Exporter
 from wpcal.core.rotations import quaternion_from_rotation
 
 NAMES = NameRules(

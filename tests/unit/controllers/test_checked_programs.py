@@ -18,10 +18,10 @@ from tests.unit.conftest import CONFIGURATIONS, box_mesh, plate
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
-from wpcal.controllers.exporters import exporter_named
 from wpcal.controllers.program import ControllerSettings, MotionSettings, build_program
 from wpcal.controllers.program.air_moves import AirSettings, TorchAtTool
 from wpcal.controllers.program.checked_program import check_program
+from wpcal.controllers.registry import exporter_named
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.planning.cell.segments import segment_triangle_distances
 from wpcal.results.folder import read_finished

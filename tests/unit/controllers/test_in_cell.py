@@ -13,8 +13,7 @@ from tests.one_robot_cells import TEE, TEE_ON_TABLE, fixed_cell, pipe_ring, with
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.judge.asked import asked_of, compare
 from wpcal.controllers.judge.execute import execute
-from wpcal.controllers.judge.free_ways import FreeWays
-from wpcal.controllers.judge.in_cell import CellSweep
+from wpcal.controllers.judge.in_cell import CellSweep, FreeWays
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import InputError

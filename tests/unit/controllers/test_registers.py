@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.running import run_here
-from wpcal.controllers.points_asked import PointsAsked
-from wpcal.controllers.taught_program import read_taught_program
+from wpcal.controllers.taught_program import PointsAsked, read_taught_program
 from wpcal.controllers.user_frames import ProgramReading
 from wpcal.core.errors import InputError
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from wpcal.cli.main import run
 from wpcal.controllers import Controller, controller_named, controllers
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.audit.read_back import read_poses_back
+from wpcal.controllers.audit.programs import read_poses_back
 from wpcal.controllers.judge.execute import execute
 from wpcal.controllers.program.coordinated_program import SyncProgram
 from wpcal.controllers.program.two_robots import possible_programs, sync_languages, write_programs

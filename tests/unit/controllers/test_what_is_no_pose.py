@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wpcal.cli.main import run
-from wpcal.controllers.exporters import exporter_names
+from wpcal.controllers.registry import exporter_names
 from wpcal.core.errors import FormatError
 from wpcal.results.folder import read_finished
 

@@ -17,8 +17,7 @@ from wpcal.controllers.abb.read import GRAMMAR
 from wpcal.controllers.abb.statements import MARK, Data, Declaration, ModuleReader, Procedure
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.run.blocks import BlockInterpreter, LeaveError, Node, Steps, text_of
-from wpcal.controllers.run.machine import Matrix, about, rigid
-from wpcal.controllers.run.program import ProgramError, Run, entries_of
+from wpcal.controllers.run.machine import Matrix, ProgramError, Run, about, entries_of, rigid
 from wpcal.core.same_bits import inverse_pose
 
 ERRORS = {"ERR_WHLSEARCH": 1, "ERR_SIGSUPSEARCH": 2, "ERR_WAIT_MAXTIME": 3, "ERR_FILEACC": 4}

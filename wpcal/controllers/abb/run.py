@@ -20,8 +20,7 @@ from wpcal.controllers.abb.statements import declared, instruction
 from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import Node
-from wpcal.controllers.run.machine import WHOLE_ZONE, Matrix, Place
-from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.controllers.run.machine import WHOLE_ZONE, Matrix, Place, ProgramError, StoppedError
 from wpcal.core.same_bits import inverse_pose
 
 STOP_LIMIT_MM_S = 100.0  #: `SearchL\\Stop` is only allowed below this speed.

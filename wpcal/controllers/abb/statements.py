@@ -11,7 +11,7 @@ from wpcal.controllers.abb.values import SYNTAX
 from wpcal.controllers.language.grammar import mark_of
 from wpcal.controllers.run.blocks import Node, Row, Steps, tree
 from wpcal.controllers.run.expressions import outside, tokens_of, without_comment
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import ProgramError
 
 STORAGE = {"CONST", "VAR", "PERS"}
 ENDS = "ENDIF ENDFOR ENDWHILE ENDTEST"

@@ -29,9 +29,8 @@ from wpcal.controllers.abb.write import (
     robtargets,
     speed_data,
 )
-from wpcal.controllers.language.named_results import ResultNames
 from wpcal.controllers.language.naming import comment_lines, own_name, safe_name
-from wpcal.controllers.language.touch import TouchWriter
+from wpcal.controllers.language.touch import ResultNames, TouchWriter
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import FormatError, InputError
 from wpcal.touch.searches.plan import TouchPlan

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Parser, Syntax
-from wpcal.controllers.run.machine import Matrix, rigid
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import Matrix, ProgramError, rigid
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 
 PARTS = {

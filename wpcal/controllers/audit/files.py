@@ -18,8 +18,8 @@ from wpcal.controllers.audit.programs import (
     audit_poses,
     executed,
     executed_faults,
+    require_grammar,
 )
-from wpcal.controllers.audit.read_back import require_grammar
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,17 +12,17 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.read_back import ReadPose, read_poses_back
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import meetings
+from wpcal.controllers.language.grammar import ENCODING, Grammar
 from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.program.reachable_spin import ArmAtTool
-from wpcal.controllers.run.recorder import Recorder, pulses_of
-from wpcal.controllers.run.trace import Motion, Trace
+from wpcal.controllers.registry import grammar_of_file
+from wpcal.controllers.run.recorder import Motion, Recorder, Trace, pulses_of
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import ErrorCode, FormatError, WpcalError
+from wpcal.core.errors import ErrorCode, FormatError, InputError, WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import turn_into_limits
@@ -30,6 +30,7 @@ from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_direction
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
+from wpcal.taught.programs import BASE, ProgramPoint
 
 NEAR_SEAM_MM = 25.0  #: A weave or a pass leaves its seam by less.
 
@@ -195,3 +196,52 @@ def _beyond_reach(p: FloatArray, R: FloatArray, arm: Arm, T_flange_tool: RigidTr
     at_tool = ArmAtTool(arm, T_flange_tool or RigidTransform.identity(target="flange", source="tool"), np.zeros(6))
     joints = turn_into_limits(arm, at_tool.branches(p, R), at_tool.near)
     return np.flatnonzero(~np.isfinite(joints).all(axis=-1).any(axis=-1)).tolist()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadPose:
+    """One pose of a program as a controller would take it."""
+
+    name: str  #: Of the point, or its number.
+    line: int | None
+    p_base: FloatArray  #: shape (3,). Tool centre point in `base`, mm.
+    R_base: FloatArray  #: shape (3, 3). Axes of the tool in `base`.
+    #: False if the file does not say where its user frame is: position and axes are then in that frame.
+    in_base: bool = True
+
+
+def require_grammar(path: Path) -> Grammar:
+    """Return the grammar of a file by its suffix; `InputError` in one line when no controller has one."""
+    grammar = grammar_of_file(path)
+    if grammar is None:
+        raise InputError(f"{path}: no language is known whose programs are {path.suffix or 'without a suffix'} files")
+    return grammar
+
+
+def read_poses_back(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[ReadPose]:
+    """Return the poses of a program's file in `base`.
+
+    Raises `InputError` when no grammar knows the suffix.
+    Raises `FormatError` when the file breaks its format, or a point of a weld program cannot be used. Joint values are
+    left out, and so are points of other programs that have no coordinates.
+    """
+    found = require_grammar(path).read(raw.decode(ENCODING), str(path))
+    poses = []
+    for point in found.points:
+        if point.joints is not None or (point.fault and T_base_part is None):
+            continue
+        if point.fault:
+            raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=point.line or None)
+        poses.append(_in_base(point, found.frames, T_base_part))
+    return poses
+
+
+def _in_base(
+    point: ProgramPoint, carried: Mapping[str, RigidTransform], T_base_part: RigidTransform | None
+) -> ReadPose:
+    T = carried.get(point.frame or "", T_base_part)
+    if point.frame == BASE:
+        T = RigidTransform.identity(target="base", source="frame")
+    if T is None or point.at_flange:
+        return ReadPose(point.name, point.line or None, point.p_mm, point.R, in_base=False)
+    return ReadPose(point.name, point.line or None, T.apply(point.p_mm), T.R @ point.R)

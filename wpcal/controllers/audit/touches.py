@@ -7,12 +7,18 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.programs import Surroundings, executed, pose_faults
-from wpcal.controllers.audit.read_back import ReadPose, read_poses_back, require_grammar
+from wpcal.controllers.audit.programs import (
+    ReadPose,
+    Surroundings,
+    executed,
+    pose_faults,
+    read_poses_back,
+    require_grammar,
+)
 from wpcal.controllers.judge.asked import asked_of_touches, compare, contacts_of
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.program.touch_program import TouchProgram
-from wpcal.controllers.run.trace import Trace
+from wpcal.controllers.run.recorder import Trace
 from wpcal.core.errors import WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import TouchPlan, read_touch_plan

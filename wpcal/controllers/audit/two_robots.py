@@ -16,8 +16,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, executed
-from wpcal.controllers.audit.read_back import require_grammar
+from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, executed, require_grammar
 from wpcal.controllers.judge.execute import UNDECLARED, Files
 from wpcal.controllers.judge.in_step import in_step
 from wpcal.controllers.language.grammar import ENCODING

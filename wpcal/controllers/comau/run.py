@@ -21,8 +21,7 @@ from wpcal.controllers.comau.read import GRAMMAR
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, Row, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax
-from wpcal.controllers.run.machine import about, rigid, turns_of
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import ProgramError, about, rigid, turns_of
 from wpcal.core.arrays import FloatArray
 
 MM_PER_M = 1000.0

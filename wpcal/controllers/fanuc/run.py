@@ -25,7 +25,7 @@ from wpcal.controllers.fanuc.write import DECIMALS, LANGUAGE, LONGEST_REMARK
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, SIGNS, Parser, Syntax, tokens_of
 from wpcal.controllers.run.interpreter import LineInterpreter, matrix_of, numbers_of, stated_frame
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import ProgramError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.machine import Place
-from wpcal.controllers.run.trace import Trace
+from wpcal.controllers.run.recorder import Trace
 
 ALL_SWITCHES = frozenset({Does.START, Does.END, Does.ON, Does.OFF})
 """Beginning and end of a seam, start and end of the arc: with all of them a program can be judged."""

@@ -12,7 +12,7 @@ from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.in_run import WeldsAfter
 from wpcal.controllers.program.planned import JointMoves
 from wpcal.controllers.program.touch_program import TouchProgram
-from wpcal.controllers.run.trace import Motion, Trace
+from wpcal.controllers.run.recorder import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.tangent import log_rotation
 from wpcal.touch.searches import TouchPlan

@@ -8,10 +8,8 @@ from typing import Any
 
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import Controller, controller_of_program, grammar_of_file
-from wpcal.controllers.run.machine import Place, about, rigid
-from wpcal.controllers.run.program import EndlessError, ProgramError
-from wpcal.controllers.run.recorder import Recorder
-from wpcal.controllers.run.trace import Trace, Unknown
+from wpcal.controllers.run.machine import EndlessError, Place, ProgramError, about, rigid
+from wpcal.controllers.run.recorder import Recorder, Trace, Unknown
 from wpcal.core.arrays import FloatArray
 
 Files = Mapping[str, str | bytes]

@@ -27,8 +27,7 @@ from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.coordinated_program import CoordinatedProgram, SyncProgram
 from wpcal.controllers.registry import grammar_of_file
-from wpcal.controllers.run.recorder import Recorder, pulses_of
-from wpcal.controllers.run.trace import Motion, Trace
+from wpcal.controllers.run.recorder import Motion, Recorder, Trace, pulses_of
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.same_bits import inverse_pose

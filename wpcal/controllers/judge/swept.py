@@ -10,7 +10,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.program.air_moves import TorchAtTool
-from wpcal.controllers.run.trace import Motion
+from wpcal.controllers.run.recorder import Motion
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import poses
 from wpcal.robot.moves.interpolation import Moves, turns_between

@@ -28,8 +28,7 @@ from wpcal.controllers.program.checked_program import part_in_base
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import find_controller
 from wpcal.controllers.run.machine import Place
-from wpcal.controllers.run.recorder import Recorder, pulses_of
-from wpcal.controllers.run.trace import Motion, Trace, Unknown
+from wpcal.controllers.run.recorder import Motion, Recorder, Trace, Unknown, pulses_of
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.record_check import FARTHEST_MM

@@ -26,8 +26,7 @@ from wpcal.controllers.kawasaki.read import GRAMMAR
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, Node, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, outside, tokens_of
-from wpcal.controllers.run.machine import about, moved, rigid, turns_of
-from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.controllers.run.machine import ProgramError, StoppedError, about, moved, rigid, turns_of
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number

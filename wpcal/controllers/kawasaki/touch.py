@@ -26,9 +26,8 @@ from wpcal.controllers.kawasaki.write import (
     transformations,
     without_repeats,
 )
-from wpcal.controllers.language.named_results import ResultNames
 from wpcal.controllers.language.naming import own_name
-from wpcal.controllers.language.touch import Numbers, TouchWriter
+from wpcal.controllers.language.touch import Numbers, ResultNames, TouchWriter
 from wpcal.controllers.program.planned import angle_texts
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.touch.searches.plan import TouchPlan

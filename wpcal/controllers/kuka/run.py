@@ -21,12 +21,20 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.kuka.read import GRAMMAR as TEXT
-from wpcal.controllers.kuka.statements import read_data, read_source
-from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
+from wpcal.controllers.kuka.values import (
+    AXES,
+    CARTESIAN,
+    GRAMMAR,
+    Aggregate,
+    KrlParser,
+    frame_value,
+    krl_text,
+    read_data,
+    read_source,
+)
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, text_of
-from wpcal.controllers.run.machine import WHOLE_ZONE
-from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, entries_of
+from wpcal.controllers.run.machine import MOST_ELEMENTS, WHOLE_ZONE, ProgramError, entries_of
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose
 

@@ -38,11 +38,10 @@ from wpcal.controllers.kuka.write import (
     krl_frame,
     krl_frame_text,
 )
-from wpcal.controllers.language.named_results import ResultNames
 from wpcal.controllers.language.naming import safe_name
 from wpcal.controllers.language.post import metres_per_second
 from wpcal.controllers.language.rounding import zyx_degrees
-from wpcal.controllers.language.touch import Numbers, SearchText, TouchWriter
+from wpcal.controllers.language.touch import Numbers, ResultNames, SearchText, TouchWriter
 from wpcal.controllers.program.in_run import Term
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError

@@ -18,7 +18,9 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.core.version import __version__
+from wpcal.taught.programs import ProgramPoint, ProgramPoints
 from wpcal.touch.searches import STORED_NUMBERS, Outcome, Search
+from wpcal.touch.searches.results import StoredValues, parsed_number
 
 FOUND, MISSED, ACTIVE, NOT_RUN = (
     STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
@@ -306,3 +308,43 @@ def _in_words(search: Search) -> str:
     towards = " ".join(f"{value + 0.0:.2f}" for value in np.round(search.direction, 2))
     of = f" {search.feature}" if search.feature else ""
     return f"{search.target}{of}, {search.contact.value} of the wire, {search.stroke_mm:.1f} mm along ({towards})"
+
+
+@dataclass(frozen=True, slots=True)
+class ResultNames:
+    """How a program names what it stores, lower case."""
+
+    plan: str  #: The fingerprint.
+    tool: str
+    count: str
+    outcome: str  #: Before the name of a search.
+    place: str  #: The same.
+    frame: str  #: The place of the part.
+
+    def stored(self, values: Mapping[str, str], read: ProgramPoints, path: str) -> StoredValues:
+        """Return what a file stores: its values by their names as written, and its points and frames."""
+        texts = {name.lower(): text for name, text in values.items()}
+        stored = StoredValues(fingerprint=texts.get(self.plan, ""), tool=texts.get(self.tool, ""))
+        for name, text in values.items():
+            own = name.lower()
+            if own.startswith(self.outcome):
+                stored.outcomes[own.removeprefix(self.outcome).upper()] = parsed_number(text, name, path)
+            elif own == self.count:
+                stored.count = parsed_number(text, name, path)
+        for point in read.points:
+            own = point.name.lower()
+            if own == self.frame:
+                stored.T_base_part = point.T_frame_tool.relabelled(target="base", source="frame")
+            elif own.startswith(self.place):
+                self._take(stored, own.removeprefix(self.place).upper(), point)
+        for name, T in read.frames.items():
+            if name.lower() == self.frame:
+                stored.T_base_part = T
+        return stored
+
+    @staticmethod
+    def _take(stored: StoredValues, search: str, point: ProgramPoint) -> None:
+        if point.fault is None:
+            stored.places[search] = point.T_frame_tool
+        else:
+            stored.faults[search] = point.fault

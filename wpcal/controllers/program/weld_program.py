@@ -81,7 +81,7 @@ class ControllerSettings:
         default_factory=dict,
         many=True,
         metavar="[FORMAT=]CONFIG",
-        read="wpcal.controllers.exporters:parse_configurations",
+        read="wpcal.controllers.registry:parse_configurations",
     )
     templates: Path | None = opt(
         None,

@@ -12,7 +12,7 @@ from typing import Any
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.expressions import Parser, Syntax, tokens_of, without_comment
 from wpcal.controllers.run.interpreter import MOST_BLOCKS, Interpreter
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import ProgramError
 
 Row = tuple[int, str]  #: Number of a line of the file, and its text without what ends it.
 

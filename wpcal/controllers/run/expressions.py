@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
 
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import ProgramError
 
 LONGEST_NUMBER = 40
 MOST_LEVELS = 60  #: Of brackets and signs in an expression.

@@ -10,8 +10,19 @@ from typing import Any, TypeVar
 
 from wpcal.controllers.language.grammar import Does, Grammar, mark_of
 from wpcal.controllers.language.jobs import JobLanguage
-from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, about, rigid, turns_of
-from wpcal.controllers.run.program import ProgramError, Run, StoppedError, entries_of
+from wpcal.controllers.run.machine import (
+    WHOLE_ZONE,
+    Machine,
+    Matrix,
+    Place,
+    ProgramError,
+    Run,
+    StoppedError,
+    about,
+    entries_of,
+    rigid,
+    turns_of,
+)
 
 WORD = re.compile(r"[A-Za-z_][\w-]*+")  #: May be the name of a routine.
 MOST_BLOCKS = 40  #: Blocks (IF, WHILE …) in one another.

@@ -22,8 +22,7 @@ import numpy as np
 from wpcal.controllers.language.grammar import ENCODING, Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Syntax
-from wpcal.controllers.run.machine import about, rigid, turns_of
-from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError
+from wpcal.controllers.run.machine import MOST_ELEMENTS, ProgramError, about, rigid, turns_of
 from wpcal.controllers.staubli.grammar import GRAMMAR
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError

@@ -16,7 +16,7 @@ from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.controllers.judge.execute import execute, interpreted, programs_of, text_at
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.machine import Place, rigid
-from wpcal.controllers.run.trace import Motion, Trace
+from wpcal.controllers.run.recorder import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes

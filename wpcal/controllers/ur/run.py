@@ -21,8 +21,7 @@ import numpy as np
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, LeaveError, Node, Steps, rows_of, text_of, tree
 from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Parser, Syntax
-from wpcal.controllers.run.machine import rigid
-from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.controllers.run.machine import ProgramError, StoppedError, rigid
 from wpcal.controllers.ur.grammar import GRAMMAR
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose

@@ -22,8 +22,7 @@ import numpy as np
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.expressions import COMPARE
 from wpcal.controllers.run.interpreter import LineInterpreter, matrix_of, numbers_of, stated_frame
-from wpcal.controllers.run.machine import moved
-from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.machine import ProgramError, moved
 from wpcal.controllers.yaskawa.read import GRAMMAR
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, LANGUAGE, LONGEST_COMMENT, MM_DECIMALS
 from wpcal.core.arrays import FloatArray

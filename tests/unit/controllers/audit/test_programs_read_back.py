@@ -13,12 +13,11 @@ from tests.running import run_here
 from tests.unit.conftest import CONFIGURATIONS
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.exporters import exporter_named
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings, WeldProgram, build_program
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.controllers.program.coordinated_program import SyncProgram
-from wpcal.controllers.registry import controller_named
+from wpcal.controllers.registry import controller_named, exporter_named
 from wpcal.results.folder import read_finished
 from wpcal.robot.kinematics.arm_file import find_arm
 
