@@ -1,4 +1,4 @@
-"""Print the table of docs/reading-real-files.md: ``python tests/cad/table_of_real_files.py FOLDER``."""
+"""Print how files are moved, for docs/reading-real-files.md: ``python tests/cad/table_of_real_files.py FOLDER``."""
 
 from __future__ import annotations
 
