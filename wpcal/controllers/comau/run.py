@@ -63,7 +63,8 @@ SETTINGS = re.compile(
     r"\$(?:LIN_SPD|SPD_OPT|TERM_TYPE|FLY_TYPE|FLY_DIST|FLY_PER|PROG_SPD_OVR|PROG_ACC_OVR|PROG_DEC_OVR|ROT_SPD|CNFG_CARE)"
 )
 """Variables without an effect on where the robot goes."""
-HEAD = re.compile(r"(?:PROGRAM|ROUTINE)\s+(?P<name>\w+)(?:\s*\((?P<given>[^()]*)\))?", re.IGNORECASE)
+PROGRAM = re.compile(r"^[ \t]*+PROGRAM\s+(\w+)", re.IGNORECASE | re.MULTILINE)
+ROUTINE = re.compile(r"ROUTINE(?!.*\bEXPORTED\b)\s+(?P<name>\w++)\s*+\(?(?P<given>[^()]*+)", re.IGNORECASE)
 BLOCK = r"(?:IF|FOR|WHILE|REPEAT|SELECT)(?![^\s(])"
 MOVE = re.compile(r"(?P<kind>JOINT|LINEAR|CIRCULAR) TO (?!.*\bWITH\b)(?P<to>.+?)(?: VIA (?P<via>.+))?", re.IGNORECASE)
 RELATIVE = re.compile(r"RELATIVE (?P<by>.+?) IN (?P<frame>.+)", re.IGNORECASE)
@@ -81,21 +82,20 @@ class Interpreter(BlockInterpreter):
         self.bases[""] = np.eye(4)
 
     def load(self, file: str, text: str) -> None:
-        main, name, names, rows = "", "", list[str](), None
+        found, names, rows = PROGRAM.search(text), list[str](), None
+        main = name = "" if found is None else found[1].upper()
         for number, row in rows_of(text, "--", "'"):
-            word, head = re.split(r"[\s(]", row, maxsplit=1)[0].upper(), HEAD.match(row)
+            word = re.split(r"[\s(]", row, maxsplit=1)[0].upper()
             if rows is not None and word == "END":
                 body = tree(rows, file, begins=BLOCK, turns="ELSE", ends="ENDIF ENDFOR ENDWHILE UNTIL ENDSELECT")
-                self.routines[self.declare(name or main, file, self.routines)] = Steps(file, names, body, number)
-                name, names, rows = "", [], None
+                self.routines[self.declare(name, file, self.routines)] = Steps(file, names, body, number)
+                name, names, rows = main, [], None
             elif rows is not None:
                 rows.append((number, row))
             elif word == "BEGIN":
                 rows = list[Row]()
-            elif head and word == "PROGRAM":
-                main = head["name"].upper()
-            elif head and "EXPORTED" not in row.upper():
-                name, names = head["name"].upper(), _parameters(head["given"] or "")
+            elif head := ROUTINE.match(row):
+                name, names = head["name"].upper(), _parameters(head["given"])
         if rows is not None or main not in self.routines:
             raise ProgramError("a program has PROGRAM, BEGIN and END", path=file)
 

@@ -272,9 +272,9 @@ class Interpreter(LineInterpreter):
             raise ProgramError(f"not followed: {line[0]} {line[1:].lstrip(' ')!r}")
         kind, mm_s = found["kind"], self._speed_mm_s(found)
         options, skip = self._options(found["rest"])
-        zone_mm = None if found["zone"] == "FINE" else math.inf  # a share of the speed bounds no distance
-        names = [(found["first"], int(found["number"]))]
-        names += [(found["last"], int(found["end"]))] if found["last"] else []
+        zone_mm = {"FINE": None}.get(found["zone"], math.inf)  # a share of the speed bounds no distance
+        ends = (found["first"], found["number"]), (found["last"], found["end"])
+        names = [(name, int(number)) for name, number in ends if name]
         points, last = [self.item(name, [number]) for name, number in names], names[-1][1]
         if not any(name == "PR" for name, _ in names):
             self.bring(self.job.points[last].external)
@@ -285,7 +285,7 @@ class Interpreter(LineInterpreter):
         *via, T_goal = (self._T_base(point, options) for point in points)
         if skip is not None:
             return self._search(kind, T_goal, mm_s, *skip)
-        self.go(kind, T_goal, via=via[0] if via else None, speed_mm_s=mm_s, zone_mm=zone_mm)
+        self.go(kind, T_goal, via=next(iter(via), None), speed_mm_s=mm_s, zone_mm=zone_mm)
         return None
 
     def _speed_mm_s(self, found: re.Match[str]) -> float | None:

@@ -159,7 +159,7 @@ def compare(trace: Trace, asked: Asked) -> Compared:
     """Return where a program leads that was not asked, and where it does not lead."""
     at, missing, others, bent = 0, list[int](), list[Motion](), list[Motion]()
     for before, motion in zip((None, *trace.motions), trace.motions, strict=False):
-        if _stands(motion, before) and (not motion.place.blends or _flows(asked, at)):
+        if _stands(motion, before, flows=_flows(asked, at)):
             continue
         first, last = _matches(motion, asked, at) or (at, None)
         if last is None:
@@ -225,10 +225,10 @@ def _is_home(motion: Motion, asked: Asked) -> bool:
     return bool(np.abs(motion.joints - asked.home).max() <= SAME_DEG)
 
 
-def _stands(motion: Motion, before: Motion | None) -> bool:
-    """Tell whether a motion leads to where the tool is: arcs of some languages begin so."""
+def _stands(motion: Motion, before: Motion | None, *, flows: bool) -> bool:
+    """Tell whether a motion leads to where the tool is, and stops there unless it `flows`: arcs may begin so."""
     moves_axes = before is not None and motion.place.external != before.place.external
-    if moves_axes or motion.via is not None or motion.via_joints is not None:
+    if moves_axes or motion.place.blends > flows or motion.via is not None or motion.via_joints is not None:
         return False
     if motion.joints is not None:
         joints = None if before is None else before.joints
