@@ -16,8 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from tests.moves_of_programs import circle_through
-from tests.program_text import numbers
+from tests.moves_of_programs import Step as Move
+from tests.moves_of_programs import Weld, circle_through
+from tests.moves_of_programs import followed as followed_alone
+from tests.program_text import krl_pose, lists, numbers, posed, quaternion, turned
 
 Array = np.ndarray[Any, Any]
 WRITTEN_MM = 5e-3  #: Rounding of the files: four decimals of a degree at 2 m in twelve joints are some micrometres.
@@ -45,18 +47,12 @@ class Coordinated:
     wrong: list[str] = field(default_factory=list)
 
 
-def frame(p: Array, R: Rotation) -> Array:
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = R.as_matrix(), p
-    return T
-
-
 def flange(arm: Any, joints: Array) -> Array:
     theta, d, a, alpha, _ = arm.chain.table
     T = arm.chain.T_base_dh0.matrix
     for i, angle in enumerate(arm.model_angles(joints) + theta):
         turn, twist = Rotation.from_euler("z", angle), Rotation.from_euler("x", alpha[i])
-        T = T @ frame(np.array([0, 0, d[i]]), turn) @ frame(np.array([a[i], 0, 0]), twist)
+        T = T @ posed([0, 0, d[i]], turn) @ posed([a[i], 0, 0], twist)
     return T @ arm.chain.T_dhn_flange.matrix
 
 
@@ -74,89 +70,66 @@ def in_part(cell: Any, tool: Array, held: Array) -> Array:
     return np.linalg.inv(part_in_world(cell, held)) @ tool
 
 
-def both_marks(lines: list[str], on: str, off: str, wrong: list[str]) -> tuple[int, int]:
-    """The numbers of the lines with the two comments around a seam; each must be there once."""
-    for mark in (on, off):
-        if sum(line.strip(" ;!'") == mark for line in lines) != 1:
-            wrong.append(f"the mark {mark} is not there once")
-            return 0, len(lines)
-    at = {line.strip(" ;!'"): number for number, line in enumerate(lines)}
-    return at[on], at[off]
-
-
-def marks_of(lines: list[str], wrong: list[str]) -> tuple[int, int]:
-    is_dry = any(line.strip(" ;!'") in ("ARC ON", "ARC OFF") for line in lines)
-    return both_marks(lines, *(("ARC ON", "ARC OFF") if is_dry else ("SEAM START", "SEAM END")), wrong)
-
-
-# ------------------------------------------------------------------------------------------------------------- ABB
-
-
-def rapid_pose(p: str, q: str) -> Array:
-    return frame(numbers(p), Rotation.from_quat(numbers(q)[[1, 2, 3, 0]]))
-
-
-RAPID_TORCH = re.compile(r"(Move|Arc)([LC])(\w*) ((?:\w+,)?\w+)\\ID:=(\d+),(.*),(fine|z1),(\w+)\\WObj:=(\w+);")
-RAPID_HELD = re.compile(r"(?:Arc)?MoveAbsJ (\w+)\\ID:=(\d+),(\w+),(fine|z1),(\w+);")
+def burning(lines: list[str], starts: str, ends: str, wrong: list[str]) -> Iterator[tuple[str, bool]]:
+    """Yield lines, and whether the arc burns there: between the comments of a dry run, or two instructions."""
+    bare = [line.strip(" ;!'") for line in lines]
+    is_dry = "ARC ON" in bare or "ARC OFF" in bare
+    marks = ("ARC ON", "ARC OFF") if is_dry else ("SEAM START", "SEAM END")
+    wrong += [f"the mark {mark} is not there once" for mark in marks if bare.count(mark) != 1]
+    is_on = False
+    for number, line in enumerate(lines):
+        seen = bare[:number]
+        yield line, marks[0] in seen and marks[1] not in seen if is_dry else is_on
+        is_on = (is_on or re.search(starts, line) is not None) and not re.search(ends, line)
+    if is_on:
+        wrong.append("the arc does not end")
 
 
 def rapid(files: dict[str, str], cell: Any) -> Coordinated:
     one, two = (next(text for name, text in files.items() if name.endswith(f"_R{k}.mod")) for k in (1, 2))
     wrong: list[str] = []
     joints = [
-        {name: np.radians(numbers(q)) for name, q in re.findall(r"jointtarget (\w+):=\[\[(.*?)\]", text)}
+        {name: np.radians(q) for name, (q,) in lists(r"jointtarget (\w+):=\[\[(.*?)\]", text).items()}
         for text in (one, two)
     ]
     wobj = re.search(r'wobjdata (\w+):=\[(\w+),(\w+),"(\w*)",\[\[(.*?)\],\[(.*?)\]\],\[\[(.*?)\],\[(.*?)\]\]\]', one)
     if wobj.group(2, 3, 4) != ("FALSE", "FALSE", "ROB_2"):
         wrong.append("the work object is not in the hand of robot 2")
-    held_at = rapid_pose(*wobj.group(5, 6)) @ rapid_pose(*wobj.group(7, 8))
-    T_part_object = np.linalg.inv(cell.T_part.matrix) @ held_at
+    user, held_at, *_ = (posed(numbers(wobj[k]), quaternion(numbers(wobj[k + 1]))) for k in (5, 7))
+    T_part_object = np.linalg.inv(cell.T_part.matrix) @ user @ held_at
     poses = {
-        name: T_part_object @ rapid_pose(p, q)
-        for name, p, q in re.findall(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],", one)
+        name: T_part_object @ posed(p, quaternion(q))
+        for name, (p, q) in lists(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],", one).items()
     }
-    bodies = [re.search(r"PROC \w+\(\)(.*?)ENDPROC", text, re.DOTALL)[1].splitlines() for text in (one, two)]
-    first = [re.search(r"MoveAbsJ (\w+),vFirst,fine,(\w+);", "\n".join(body)) for body in bodies]
+    bodies = [re.search(r"PROC \w+\(\)(.*?)ENDPROC", text, re.DOTALL)[1] for text in (one, two)]
+    first = [re.search(r"MoveAbsJ (\w+),vFirst,fine,(\w+);", body) for body in bodies]
     if [found[2] for found in first] != ["tTorch", "tool0"]:
         wrong.append(f"tools of the first moves: {first[0][2]}, {first[1][2]}")
-    held = {row[1]: (row[0], row[3], row[4]) for row in RAPID_HELD.findall("\n".join(bodies[1]))}
-    on, off = marks_of(bodies[0], wrong)
-    is_dry = any("! ARC ON" in line for line in bodies[0])
-    steps, zones, is_on = [], [], False
-    for number, line in enumerate(bodies[0]):
-        match = RAPID_TORCH.search(line)
-        if match is None:
+    moves = re.findall(r"(?:Arc)?MoveAbsJ (\w+)\\ID:=(\d+),\w+,(fine|z1),(\w+);", bodies[1])
+    held, marks = {mark: name for name, mark, *_ in moves}, []
+    pattern = re.compile(r"(Move|Arc)[LC](\w*) (?:(\w+),)?(\w+)\\ID:=(\d+),.*,(fine|z1),(\w+)\\WObj:=(\w+);")
+    steps = []
+    for line, burns in burning(bodies[0].splitlines(), "Arc[LC]Start", "Arc[LC]End", wrong):
+        if (match := pattern.search(line)) is None:
             wrong += [f"not read: {line.strip()}"] if re.search(r"(Move|Arc)[LCJ]", line) else []
             continue
-        word, _, part, names, mark, _, zone, tool, own = match.groups()
-        if tool != "tTorch" or own != wobj[1]:
-            wrong.append(f"mark {mark}: tool {tool} in {own}")
-        if mark not in held:
-            wrong.append(f"mark {mark} is missing in the program of robot 2")
+        via, to, mark, zone, tool, own = match.groups()[2:]
+        if tool != "tTorch" or own != wobj[1] or mark not in held:
+            wrong.append(f"mark {mark}: tool {tool} in {own}, and is it in the program of robot 2?")
             continue
-        name, _, to = names.rpartition(",")
-        burns = (is_on and word == "Arc") or (is_dry and on < number < off)
-        is_on = part != "End" and (is_on or part == "Start")
-        steps.append(Step(poses[name] if name else None, poses[to], None, joints[1][held[mark][0]], burns))
-        zones.append((mark, zone))
-    if is_on:
-        wrong.append("the arc does not end")
-    if [(mark, zone) for mark, (_, zone, tool) in held.items() if tool == "tool0"] != zones:
+        is_lit = burns and (match[1] == "Arc" or "! ARC ON" in bodies[0])
+        steps.append(Step(poses[via] if via else None, poses[to], None, joints[1][held[mark]], is_lit))
+        marks.append((mark, zone, "tool0"))
+    if [row[1:] for row in moves] != marks:
         wrong.append("robot 2 has other marks, zones or tools than robot 1")
-    order = [re.findall(r"(SyncMoveO\w+) (\w+)", "\n".join(body)) for body in bodies]
+    order = [re.findall(r"(SyncMoveO\w+) (\w+)", body) for body in bodies]
     if order[0] != order[1] or [word for word, _ in order[0]] != ["SyncMoveOn", "SyncMoveOff"]:
         wrong.append("the robots do not wait for each other")
-    if any(step.via is not None for step in steps) and not any(
-        "CirPathMode\\ObjectFrame" in line for line in bodies[0]
-    ):
+    if any(step.via is not None for step in steps) and "CirPathMode\\ObjectFrame" not in bodies[0]:
         wrong.append("the tool turns with the tangent of arcs")
     start2 = joints[1][first[1][1]]
     start = in_part(cell, tool_in_world(cell, joints[0][first[0][1]]), start2)
     return Coordinated(start, start2, steps, by_joints=True, wrong=wrong)
-
-
-# --------------------------------------------------------------------------------------------------------- Yaskawa
 
 
 def inform(files: dict[str, str], cell: Any) -> Coordinated:
@@ -177,43 +150,28 @@ def inform(files: dict[str, str], cell: Any) -> Coordinated:
                 wrong.append(f"position {number} has tool {tool}")
     first = re.search(r"MOVJ C(\d+) VJ=[\d.]+ PL=0  \+MOVJ C(\d+) VJ=[\d.]+", body)
     pose = {n: in_part(cell, tool_in_world(cell, joints[n]), joints[n + 1]) for n in joints if n % 2 == 0}
-    start, held = int(first[1]), int(first[2])
-    steps = list(inform_steps(body.splitlines(), start, pose, joints, wrong))
-    return Coordinated(pose[start], joints[held], steps, by_joints=True, uses_via=True, wrong=wrong)
-
-
-def inform_steps(
-    lines: list[str], at: int, pose: dict[int, Array], joints: dict[int, Array], wrong: list[str]
-) -> Iterator[Step]:
-    on, off = marks_of(lines, wrong)
-    is_dry, is_on, waiting = "'ARC ON" in lines, False, list[int]()
-    for number, line in enumerate(lines):
-        is_on = (is_on or line.startswith("ARCON")) and not line.startswith("ARCOF")
-        if line.startswith("MOV") and number > on:
+    at, steps, waiting = int(first[1]), [], list[int]()
+    for line, burns in burning(body.splitlines(), "^ARCON", "^ARCOF", wrong):
+        if line.startswith("MOV") and steps:
             wrong.append(f"not coordinated: {line}")
         match = re.fullmatch(r"SMOV([LC]) C(\d+) V=[\d.]+ PL=[01]  \+MOVJ C(\d+)", line)
         if match is None:
             continue
-        own, held = int(match[2]), int(match[3])
-        if held != own + 1:
-            wrong.append(f"line {number}: robot 2 goes to position {held}")
-        burns = on < number < off if is_dry else is_on
-        if match[1] == "C":
-            waiting.append(own)
-            if waiting[0] != at:
-                wrong.append(f"line {number}: the arc does not begin where the torch is")
-            if len(waiting) < 3:
-                continue
-            yield Step(pose[waiting[1]], pose[own], joints[waiting[1] + 1], joints[held], burns)
+        own = int(match[2])
+        if int(match[3]) != own + 1:
+            wrong.append(f"{line}: robot 2 goes to another position")
+        is_arc = match[1] == "C"
+        wrong += ["an arc has three positions"] if waiting and not is_arc else []
+        waiting = [*waiting, own] if is_arc else []
+        wrong += [f"{line}: the arc does not begin where the torch is"] if len(waiting) == 1 and own != at else []
+        if len(waiting) == 3:
+            steps.append(Step(pose[waiting[1]], pose[own], joints[waiting[1] + 1], joints[own + 1], burns))
             waiting = []
-        elif own != at:
-            yield Step(None, pose[own], None, joints[held], burns)
-        at = own
-    if is_on or waiting:
-        wrong.append("the arc does not end")
-
-
-# ----------------------------------------------------------------------------------------------------------- FANUC
+        elif not is_arc and own != at:
+            steps.append(Step(None, pose[own], None, joints[own + 1], burns))
+        at = at if len(waiting) == 2 else own
+    wrong += ["an arc has three positions"] if waiting else []
+    return Coordinated(pose[int(first[1])], joints[int(first[2])], steps, by_joints=True, uses_via=True, wrong=wrong)
 
 
 def fanuc(files: dict[str, str], cell: Any) -> Coordinated:
@@ -230,72 +188,51 @@ def fanuc(files: dict[str, str], cell: Any) -> Coordinated:
             if used != ("0", "1"):
                 wrong.append(f"P[{name}] of group {group} is in frame {used[0]} with tool {used[1]}")
             v = [float(re.search(rf"\b{key} =\s*([-\d.]+)", own)[1]) for key in "XYZWPR"]
-            both[group] = frame(np.array(v[:3]), Rotation.from_euler("ZYX", v[:2:-1], degrees=True))
+            both[group] = posed(*turned("xyz", v))
         tool, part = both["1"], both["2"]
         poses[name] = in_part(cell, cell.T_world_base.matrix @ tool, part), part
     told = [float(re.search(rf"\d:  ! +{key} ([-\d.]+) ;", body)[1]) for key in "XYZWPR"]
     if np.abs(np.array(told[:3]) - cell.T_part.t_mm).max() > WRITTEN_MM:
         wrong.append("the tool of group 2 is not where the part is held")
     lines = [re.sub(r"^\s*\d+:\s*", "", line) for line in body.splitlines()]
-    on, off = marks_of(lines, wrong)
-    is_dry = any("ARC ON" in line for line in lines if line.startswith("!") and "comments" not in line)
     first = re.search(r"J P\[(\d+)\] \d+% FINE", body)[1]
-    steps, is_on = [], False
-    for number, line in enumerate(lines):
-        is_on = (is_on or line.startswith("Weld Start")) and not line.startswith("Weld End")
+    steps = []
+    for line, burns in burning(lines, "^Weld Start", "^Weld End", wrong):
         if match := re.match(r"([LC]) P\[(\d+)\] \S+ (?:FINE|CNT100)( COORD)?", line):
             if match[1] == "C" or not match[3]:
                 wrong.append(f"not a coordinated line: {line}")
             T, part = poses[match[2]]
-            steps.append(Step(None, T, None, part, on < number < off if is_dry else is_on))
+            steps.append(Step(None, T, None, part, burns))
     return Coordinated(*poses[first], steps, by_joints=False, uses_via=True, wrong=wrong)
 
 
-# ------------------------------------------------------------------------------------------------------------ KUKA
-
-
-def krl_frame(text: str) -> Array:
-    v = numbers(re.sub(r"[A-Z]\d? ", "", text))
-    return frame(v[:3], Rotation.from_euler("ZYX", v[3:6], degrees=True))
-
-
 def krl(files: dict[str, str], cell: Any) -> Coordinated:
-    texts = {name[-6:]: text for name, text in files.items()}
-    source, data = ([texts[f"R{k}.{end}"] for k in (1, 2)] for end in ("src", "dat"))
+    source, data = (
+        [next(text for name, text in files.items() if name.endswith(f"_R{k}.{end}")) for k in (1, 2)]
+        for end in ("src", "dat")
+    )
     wrong: list[str] = []
-    poses = [{n: krl_frame(v) for n, v in re.findall(r"E6POS (\w+)=\{(.*?)\}", text)} for text in data]
+    poses = [{n: posed(*krl_pose(v)) for n, v in re.findall(r"E6POS (\w+)=\{(.*?)\}", text)} for text in data]
     axes = [np.radians(numbers(re.sub(r"A\d ", "", re.search(r"START=\{(.*?)\}", text)[1]))) for text in data]
     for text in data:
-        held = krl_frame(re.search(r"FRAME PART_HELD=\{(.*?)\}", text)[1])
+        held = posed(*krl_pose(re.search(r"FRAME PART_HELD=\{(.*?)\}", text)[1]))
         if np.abs(held - cell.T_part.matrix).max() > WRITTEN_MM:
             wrong.append("PART_HELD is not where the part is held")
-    tools = [re.search(r"\$TOOL=(\S+)", text)[1] for text in source]
-    bases = [re.search(r"\$BASE=(\S+)", text)[1] for text in source]
-    if tools != ["TOOL_DATA[1]", "PART_HELD"]:
-        wrong.append(f"tools {tools}")
-    if bases != ["SBASE(1)", "$NULLFRAME"]:
-        wrong.append(f"bases {bases}")
+    used = [re.search(rf"\${what}=(\S+)", text)[1] for what in ("TOOL", "BASE") for text in source]
+    if used != ["TOOL_DATA[1]", "PART_HELD", "SBASE(1)", "$NULLFRAME"]:
+        wrong.append(f"tools and bases {used}")
     pattern = re.compile(
-        r"(SLIN|SCIRC) (?:(\w+),)?(\w+) WITH \$VEL\.CP=[\d.]+,\$SYNC_ID\[\]=\"(\w+)\",\$SYNC_LIST='B0011'( C_SPL)?"
+        r"S(?:LIN|CIRC) (?:(\w+),)?(\w+) WITH \$VEL\.CP=[\d.]+,\$SYNC_ID\[\]=\"(\w+)\",\$SYNC_LIST='B0011'( C_SPL)?"
     )
-    moves = [[pattern.fullmatch(line) for line in text.splitlines()] for text in source]
-    held_moves = {m[4]: (poses[1][m[3]], m[5]) for m in moves[1] if m}
-    if [(m[4], m[5]) for m in moves[0] if m] != [(m[4], m[5]) for m in moves[1] if m]:
+    moves = [[m for line in text.splitlines() if (m := pattern.fullmatch(line))] for text in source]
+    if [m.group(3, 4) for m in moves[0]] != [m.group(3, 4) for m in moves[1]]:
         wrong.append("robot 2 has other marks than robot 1")
-    lines = source[0].splitlines()
-    on, off = marks_of(lines, wrong)
-    is_dry = "; ARC ON" in lines
-    steps, is_on = [], False
-    for number, (line, match) in enumerate(zip(lines, moves[0], strict=True)):
-        ends = line.startswith("ARC_END") or line.endswith("=FALSE")
-        is_on = not ends and (is_on or line.startswith("ARC_START") or line.endswith("=TRUE"))
-        if match is None or match[4] not in held_moves:
-            continue
-        via = poses[0][match[2]] if match[2] else None
-        burns = on < number < off if is_dry else is_on
-        steps.append(Step(via, poses[0][match[3]], None, held_moves[match[4]][0], burns))
-    if is_on:
-        wrong.append("the arc does not end")
+    held_at = {m[3]: poses[1][m[2]] for m in moves[1]}
+    steps = []
+    for line, burns in burning(source[0].splitlines(), "^ARC_START|=TRUE$", "^ARC_END|=FALSE$", wrong):
+        if (match := pattern.fullmatch(line)) and match[3] in held_at:
+            via = poses[0][match[1]] if match[1] else None
+            steps.append(Step(via, poses[0][match[2]], None, held_at[match[3]], burns))
     start2 = flange(cell.arm2, axes[1]) @ cell.T_part.matrix
     start = in_part(cell, tool_in_world(cell, axes[0]), start2)
     return Coordinated(start, start2, steps, by_joints=False, wrong=wrong)
@@ -312,24 +249,6 @@ READERS: dict[str, Callable[[dict[str, str], Any], Coordinated]] = {
 # ------------------------------------------------------------------------------------------------------ the motion
 
 
-def torch_between(before: Array, step: Step, t: Array, *, uses_via: bool) -> Array:
-    """The torch in the part at shares t of a move, shape (m, 4, 4), as a controller has it."""
-    p0, p1 = before[:3, 3], step.to[:3, 3]
-    R0, R1 = (Rotation.from_matrix(T[:3, :3]) for T in (before, step.to))
-    T, middle = np.tile(np.eye(4), (len(t), 1, 1)), None
-    if step.via is None:
-        T[:, :3, 3] = p0 + t[:, None] * (p1 - p0)
-    else:
-        centre, normal, sweep, middle = circle_through(p0, step.via[:3, 3], p1)
-        T[:, :3, 3] = centre + Rotation.from_rotvec(np.outer(t * sweep, normal)).apply(p0 - centre)
-    if middle is not None and uses_via:
-        at = Rotation.concatenate([R0, Rotation.from_matrix(step.via[:3, :3]), R1])
-        T[:, :3, :3] = Slerp([0.0, middle, 1.0], at)(t).as_matrix()
-    else:
-        T[:, :3, :3] = Slerp([0.0, 1.0], Rotation.concatenate([R0, R1]))(t).as_matrix()
-    return T
-
-
 def held_between(before: Array, step: Step, t: Array, middle: float, *, by_joints: bool) -> Iterator[Array]:
     """Robot 2 at the same shares: joints that move evenly, or the part on a line and about one axis."""
     if by_joints and step.held_via is not None:
@@ -340,7 +259,7 @@ def held_between(before: Array, step: Step, t: Array, middle: float, *, by_joint
     else:
         turns = Rotation.from_matrix(np.array([before[:3, :3], step.held[:3, :3]]))
         for x, R in zip(t, Slerp([0.0, 1.0], turns)(t), strict=True):
-            yield frame(before[:3, 3] + x * (step.held[:3, 3] - before[:3, 3]), R)
+            yield posed(before[:3, 3] + x * (step.held[:3, 3] - before[:3, 3]), R)
 
 
 def followed(read: Coordinated, cell: Any, count: int = 9) -> tuple[Array, Array, Array]:
@@ -348,15 +267,16 @@ def followed(read: Coordinated, cell: Any, count: int = 9) -> tuple[Array, Array
 
     Returns the torch in the part and the part in the world, both (m, 4, 4), and whether the arc burns there.
     """
-    t = np.linspace(0.0, 1.0, count)
-    torch, part, burns = [], [], []
-    before, held = read.start, read.held
+    pairs = [(each, Rotation.from_matrix(each[:3, :3])) for each in (read.start, *(step.to for step in read.steps))]
+    start, *ends = ((T[:3, 3], R) for T, R in pairs)
+    vias = (None if s.via is None else (s.via[:3, 3], Rotation.from_matrix(s.via[:3, :3])) for s in read.steps)
+    torch = followed_alone(Weld(start, [Move(*each) for each in zip(vias, ends, strict=True)], read.uses_via), count)
+    part, burns, before, held = list[Array](), list[bool](), read.start, read.held
     for step in read.steps:
-        middle = 0.5
-        if step.via is not None:
-            middle = circle_through(before[:3, 3], step.via[:3, 3], step.to[:3, 3])[3]
-        torch.append(torch_between(before, step, t, uses_via=read.uses_via))
-        part += [part_in_world(cell, q) for q in held_between(held, step, t, middle, by_joints=read.by_joints)]
+        via = step.via
+        middle = 0.5 if via is None else circle_through(before[:3, 3], via[:3, 3], step.to[:3, 3])[3]
+        between = held_between(held, step, np.linspace(0.0, 1.0, count), middle, by_joints=read.by_joints)
+        part += [part_in_world(cell, q) for q in between]
         burns += [step.burns] * count
         before, held = step.to, step.held
-    return np.concatenate(torch), np.array(part), np.array(burns)
+    return np.array([posed(p, R) for p, R in zip(*torch, strict=True)]), np.array(part), np.array(burns)
