@@ -1,14 +1,16 @@
-"""Write the table of docs/reading-real-files.md: results for STEP files made by others.
+"""Write docs/real-files.csv: results for STEP files made by others.
 
 ``python docs/make_real_parts.py FOLDER`` reads every STEP file of a folder, each in a process of its own, and takes the
 least of three processor times. The calibration uses five features of the part, far from each other and moved by a known
 pose.
 """
 
+import csv
 import json
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -26,12 +28,10 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions
 from wpcal.taught.features import find_features
 
-PAGE = Path(__file__).with_name("reading-real-files.md")
+TABLE = Path(__file__).with_name("real-files.csv")
 REPEATS = 3
 POINTS = 5
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
-HEADINGS = ("file", "solids", "faces", "seams", "accepted")
-HEADINGS += ("read s", "features s", "seams s", "pose off by mm", "issues")
 T = TypeVar("T")
 
 
@@ -61,43 +61,44 @@ def measure(path: Path) -> dict[str, Any]:
     workpiece = open_workpiece(path)
     part, read_s = least(lambda: read_step(path))
     graph, brep_s = least(lambda: to_brep((solid.name, solid.shape) for solid in part.solids))
-    _, features_s = least(lambda: find_features(graph))
+    features, features_s = least(lambda: find_features(graph))
     (seams, _), seams_s = least(lambda: find_seams(workpiece, SeamOptions()))
+    kinds = Counter(feature.kind.value for feature in features)
     return {
         "solids": len(part.solids),
         "faces": graph.face_count,
+        "features": " ".join(f"{kind} {count}" for kind, count in kinds.items()),
         "seams": len(seams),
         "accepted": sum(seam.accepted for seam in seams),
         "read s": f"{read_s:.2f}",
         "features s": f"{brep_s + features_s:.2f}",
         "seams s": f"{seams_s:.2f}",
         "pose off by mm": f"{pose_error_mm(workpiece):.0e}",
-        "issues": ", ".join(dict.fromkeys(f"`{issue.code}`" for issue in workpiece.issues)) or "none",
+        "issues": ", ".join(dict.fromkeys(issue.code for issue in workpiece.issues)) or "none",
     }
 
 
-def row(path: Path) -> str:
-    """Return the table's line of one file, measured in a process of its own; nothing for a refused file."""
+def row(path: Path) -> dict[str, Any] | None:
+    """Return the line of one file, measured in a process of its own; None for a refused file."""
     command = [sys.executable, __file__, "--one", str(path)]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False, timeout=600)
-    if done.returncode:
-        return ""
-    found = json.loads(done.stdout.splitlines()[-1])
-    return f"| {path.name} | {' | '.join(str(found[heading]) for heading in HEADINGS[1:])} |"
+    return None if done.returncode else {"file": path.name, **json.loads(done.stdout.splitlines()[-1])}
 
 
-def write_page(folder: Path) -> None:
-    """Replace the table of the page. The text around the table is written by hand."""
-    head, _, rest = PAGE.read_text(encoding="utf-8").partition(f"\n| {HEADINGS[0]} |")
+def write_table(folder: Path) -> None:
+    """Write the table of a folder."""
     paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".step", ".stp"))
-    lines = [f"| {' | '.join(HEADINGS)} |", f"|{' --- |' * len(HEADINGS)}", *filter(None, map(row, paths))]
-    PAGE.write_text("\n".join([head, *lines, "", rest.partition("\n\n")[2]]), encoding="utf-8")
+    rows = [found for path in paths if (found := row(path))]
+    with TABLE.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
 
 
 def main(arguments: list[str]) -> int:
-    """Write the page, or measure one file for it."""
+    """Write the table, or measure one file for it."""
     if arguments[0] != "--one":
-        write_page(Path(arguments[0]))
+        write_table(Path(arguments[0]))
         return 0
     try:
         print(json.dumps(measure(Path(arguments[1]))))
