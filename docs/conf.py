@@ -1,8 +1,11 @@
 """Sphinx settings: `make docs` builds the pages and the reference, and every warning is an error."""
 
+import csv
+import io
 import os
 from functools import cache
 from pathlib import Path
+from textwrap import indent
 
 import click
 from docutils import nodes
@@ -11,10 +14,12 @@ from jinja2.sandbox import SandboxedEnvironment
 from numpydoc import docscrape_sphinx
 from sphinx.application import Sphinx
 from sphinx.search.en import SearchEnglish
+from sphinx.util.docutils import SphinxDirective
 from sphinx_click.ext import NESTED_FULL, NESTED_NONE, ClickDirective
 
 from wpcal.cli.main import wpcal
 from wpcal.core.version import __version__
+from wpcal.seam.rules import Rule
 
 project = "wpcal"
 author = "The wpcal developers"
@@ -66,6 +71,18 @@ class CommandsOfWpcal(ClickDirective):
         return sections
 
 
+class RulesOfSeams(SphinxDirective):
+    """Every finding that speaks against a candidate, as `wpcal.seam.rules` has it."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the table, the strongest finding first."""
+        text = io.StringIO()
+        rows = (rule.value for rule in Rule)
+        csv.writer(text).writerows((row.finding, f"{row.factor:g}", row.why, row.evidence) for row in rows)
+        head = ".. csv-table::\n   :header: finding, factor, why, found by\n   :widths: 36, 8, 34, 22\n\n"
+        return self.parse_text_to_nodes(head + indent(text.getvalue().replace("`", "``"), "   "))
+
+
 OF_QUESTIONS = frozenset({
     "all", "can", "do", "does", "from", "have", "how", "i", "many", "much", "my", "need", "one", "what", "when",
     "where", "which", "who", "why", "you", "your",
@@ -95,6 +112,7 @@ docscrape_sphinx.SandboxedEnvironment = _one_environment
 
 
 def setup(app: Sphinx) -> None:
-    """Add the directive of docs/reference/commands.md, and what the search asks for."""
+    """Add the directives of the commands and of the rules, and what the search asks for."""
     app.add_search_language(SearchQuestions)
     app.add_directive("commands-of-wpcal", CommandsOfWpcal)
+    app.add_directive("rules-of-seams", RulesOfSeams)

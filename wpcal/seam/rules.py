@@ -1,4 +1,4 @@
-"""The rules by which a candidate is judged: one table. `docs/seams.md` shows it; a test compares the two.
+"""The rules by which a candidate is judged: one table, which `docs/seams.md` shows.
 
 The score of a candidate is that of its source, times the factor of every finding. The factors are set by hand and are
 a ranking: each says on which side of the three thresholds (`Level`) a candidate is that has this finding and no other.
