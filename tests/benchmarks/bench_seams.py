@@ -1,4 +1,4 @@
-"""Seams against lists of welds: `python -m tests.benchmarks seams [PART …]`, described in `docs/benchmark.md`.
+"""Seams against lists of welds: `python -m tests.benchmarks seams [PART …]`, described in `fixtures/welds/README.md`.
 
 Own parts: `--lists FOLDER`, with STEP files beside the lists. Another program: `--seams FILE`, as in seams.json.
 """
