@@ -88,7 +88,6 @@ def _plan_near(path: Path) -> TouchPlan | None:
 
 
 def _poses(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[ReadPose]:
-    """Return the poses that a program goes to."""
     stored = require_grammar(path).results
     poses = read_poses_back(raw, path, T_base_part)
     return [pose for pose in poses if not (stored and re.match(stored, pose.name, re.IGNORECASE))]

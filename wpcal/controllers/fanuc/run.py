@@ -76,8 +76,6 @@ def _values(T: FloatArray) -> Values:
 
 @dataclass(frozen=True, slots=True)
 class _Point:
-    """A position of a program."""
-
     frame: str  #: Number, or F for the present one.
     tool: str
     values: Values | None  #: None if it was not taught.
@@ -103,7 +101,6 @@ class _Program:
         self.points = {int(one["number"]): _point(one["body"]) for one in POSITION.finditer(text, points.end())}
 
     def _labels(self) -> dict[str, int]:
-        """Return the rows of the labels."""
         labels: dict[str, int] = {}
         for at, (number, line) in enumerate(self.lines):
             if found := re.fullmatch(r"LBL\[(\d{1,5}+)(?::[^\]]*)?\]", line):

@@ -198,7 +198,6 @@ def _repeats(asked: Asked, row: int) -> bool:
 
 
 def _is_within(p: FloatArray, R: FloatArray) -> bool:
-    """Tell whether differences of places and axes are small."""
     return bool(np.abs(p).max() <= SAME_MM and np.abs(R).max() <= SAME_RAD)
 
 
@@ -219,7 +218,6 @@ def _has_axes(motion: Motion, asked: Asked, row: int) -> bool:
 
 
 def _is_home(motion: Motion, asked: Asked) -> bool:
-    """Tell whether a move goes to home."""
     if motion.joints is None or asked.home is None:
         return motion.goal is None and motion.joints is None
     return bool(np.abs(motion.joints - asked.home).max() <= SAME_DEG)

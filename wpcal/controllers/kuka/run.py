@@ -280,14 +280,20 @@ class Interpreter(BlockInterpreter):
 
     def _assign(self, left: list[str], value: Any, shown: str = "") -> None:
         name, whole = left[0].upper(), "".join(left).upper()
-        if name in {"$TOOL", "$BASE"}:
-            self._set_frame(name, left, value, shown)
-        elif _is_kept(whole, value):
+        if _is_kept(whole, value):
             self.system[whole] = value
         elif name in {"TOOL_DATA", "BASE_DATA", "$OUT"} and left[1:2] == ["["] and left[-1] == "]":
             self._set_element(name, self.value(left[2:-1]), value)
+        elif left[1:] not in ([], ["[", "]"]):
+            self._set_part(*self._home(name), left, value)
+        elif name in {"$TOOL", "$BASE"}:
+            if not isinstance(value, Aggregate):
+                raise ProgramError(f"{value!r} is no frame")
+            value.matrix()
+            self._show(name, value, shown)
         else:
-            self._set_variable(name, left, value)
+            values, key = self._home(name)
+            values[key] = self._typed(self.kinds.get(key, "INT"), value)
 
     def _set_element(self, name: str, number: Any, value: Any) -> None:
         if name == "$OUT":
@@ -299,45 +305,30 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"more than {MOST_ELEMENTS} frames")
         table[number] = value
 
-    def _set_variable(self, name: str, left: list[str], value: Any) -> None:
-        key = _own(name, self.file, self.values)
-        if name in self.locals[-1] and len(left) == 1:
-            self.locals[-1][name] = self._typed(self.kinds.get(name, "INT"), value)
-        elif key in self.values and left[1:] in ([], ["[", "]"]):
-            self.values[key] = self._typed(self.kinds[key], value)
-        else:
-            self._set_part(self._holder(name), left, value)
-
-    def _set_frame(self, name: str, left: list[str], value: Any, shown: str) -> None:
-        if len(left) == 1:
-            if not isinstance(value, Aggregate):
-                raise ProgramError(f"{value!r} is no frame")
-            value.matrix()
-            self._show(name, value, shown)
-            return
-        now = self.system.get(name)
-        if not isinstance(now, Aggregate):
-            raise ProgramError(f"{name} has no value")
-        self.system[name] = Aggregate(dict(now.values), now.kind)
-        self._set_part(self.system[name], left, value)
-
     def _show(self, name: str, value: Any, shown: str) -> None:
         """Set the present tool or base; a place shows it in words."""
         self.system[name] = value
         setattr(self, "tool" if name == "$TOOL" else "frame", shown)
 
-    def _holder(self, name: str) -> Any:
+    def _home(self, name: str) -> tuple[dict[str, Any], str]:
+        """Return among which values a variable is, and its key there."""
+        if name in {"$TOOL", "$BASE"}:
+            kept = self.system.get(name)
+            if not isinstance(kept, Aggregate):
+                raise ProgramError(f"{name} has no value")
+            self.system[name] = Aggregate(dict(kept.values), kept.kind)  # it may be an element of TOOL_DATA
+            return self.system, name
         if name in self.locals[-1]:
-            return self.locals[-1][name]
+            return self.locals[-1], name
         key = _own(name, self.file, self.values)
         if key not in self.values:
             raise ProgramError(f"{name} is not declared")
-        return self.values[key]
+        return self.values, key
 
-    def _set_part(self, holder: Any, left: list[str], value: Any) -> None:
-        whole = "".join(left).upper()
+    def _set_part(self, values: dict[str, Any], key: str, left: list[str], value: Any) -> None:
+        holder = values[key]
         if left[1:2] != ["."] or len(left) != 3 or not isinstance(holder, Aggregate):
-            raise ProgramError(f"cannot be assigned: {whole}")
+            raise ProgramError(f"cannot be assigned: {''.join(left).upper()}")
         if left[2].upper() not in holder.values:
             raise ProgramError(f"{left[0]} has no part {left[2]}")
         holder.values[left[2].upper()] = value

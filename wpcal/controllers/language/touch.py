@@ -82,7 +82,6 @@ class TouchWriter(AirMoves):
         self.searches = self._texts()
 
     def _require_language(self) -> None:
-        """Refuse a program that this language cannot hold."""
         with_package, welds = self.setup.with_package, self.program.welds
         if with_package and not self.has_package:
             what = f"{self.language}: wpcal writes no searches of a touch-sensing package"

@@ -18,16 +18,21 @@ WORLD = "world"
 NO_LINE = 0  #: XML says names of points, no lines.
 
 
-def read_val3(text: str, path: str) -> ProgramPoints:
-    """Read the points of a database: mm, and degrees of ``Rx Ry Rz``, in the frame that is their father."""
+def elements(text: str, path: str, tag: str) -> list[ET.Element]:
+    """Return the elements of a tag, in any namespace; `FormatError` when the text is not XML."""
     try:
-        database = ET.fromstring(text.encode(ENCODING))
+        root = ET.fromstring(text.encode(ENCODING, "replace"))
     except ET.ParseError as error:
         line, column = error.position
         raise FormatError(f"is not XML: {error.msg}", path=path, line=line, column=column) from None
     except (LookupError, ValueError):
         raise FormatError("is not XML: its encoding is not known", path=path) from None
-    data = {e.get("name", ""): e for e in database.iter() if e.tag.rpartition("}")[2] == "Data"}
+    return [element for element in root.iter() if element.tag.rpartition("}")[2] == tag]
+
+
+def read_val3(text: str, path: str) -> ProgramPoints:
+    """Read the points of a database: mm, and degrees of ``Rx Ry Rz``, in the frame that is their father."""
+    data = {element.get("name", ""): element for element in elements(text, path, "Data")}
     values = [
         (f"{name}[{number}]", (element.get("type") or "").lower(), value)
         for name, element in data.items()

@@ -15,15 +15,16 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.language.grammar import ENCODING, Does
+from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Syntax
 from wpcal.controllers.run.machine import MOST_ELEMENTS, ProgramError, about, rigid, turns_of
-from wpcal.controllers.staubli.grammar import GRAMMAR
+from wpcal.controllers.staubli.grammar import GRAMMAR, elements
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number
@@ -85,19 +86,10 @@ class Interpreter(BlockInterpreter):
     ARCS: Mapping[str, Does] = {"arcStart": Does.ON, "arcEnd": Does.OFF}
 
     def load(self, file: str, text: str) -> None:
-        kind = file.lower().rpartition(".")[2]
-        if kind not in {"dtx", "pgx"}:
-            return
-        try:
-            root = ET.fromstring(text.encode(ENCODING, "replace"))
-        except ET.ParseError as error:
-            raise ProgramError(f"is not XML: {error.msg}", path=file, line=error.position[0]) from None
-        except (LookupError, ValueError):
-            raise ProgramError("is not XML: its encoding is not known", path=file) from None
-        found = [e for e in root.iter() if e.tag.rpartition("}")[2] == ("Data" if kind == "dtx" else "Program")]
-        for element in found:
-            if kind == "dtx":
-                self.step(file, 0, lambda element=element: self._data(element))  # type: ignore[misc]
+        tag = {"dtx": "Data", "pgx": "Program"}.get(file.lower().rpartition(".")[2])
+        for element in () if tag is None else elements(text, file, tag):
+            if tag == "Data":
+                self.step(file, 0, partial(self._data, element))
             else:
                 self._program(file, text, element)
 
@@ -140,7 +132,6 @@ class Interpreter(BlockInterpreter):
         return super().call(name, [_first(one) for one in arguments])
 
     def _T(self, point: Any) -> FloatArray:
-        """Return a point in `base`."""
         if not isinstance(point, _Element):
             raise ProgramError("not a point")
         return self._T_father(point.father) @ point.place()

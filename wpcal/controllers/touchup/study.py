@@ -121,14 +121,12 @@ class TouchUp:
                 )
 
     def _changed(self) -> Iterator[tuple[int, int]]:
-        """Yield pairs of rows that differ."""
         for before, row in zip(self.pairs.old, self.pairs.new, strict=True):
             is_turned = np.abs(self._new[row, :3, :3] - self._old[before, :3, :3]).max() > TURNED
             if is_turned or np.linalg.norm(self._new[row, :3, 3] - self._old[before, :3, 3]) > MOVED_MM:
                 yield before, row
 
     def _moved(self) -> Iterator[CorrectedPoint]:
-        """Yield weld points that were moved."""
         written = self.written.poses
         for before, row in self._changed():
             at = self._old[before, :3, 3]

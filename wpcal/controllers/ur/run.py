@@ -55,7 +55,6 @@ def _matrix(pose: Any) -> FloatArray:
 
 
 def _pose_of(T: FloatArray) -> _Pose:
-    """Return a matrix as a pose."""
     return _Pose(float(v) for v in (*(T[:3, 3] / MM_PER_M), *log_rotation(T[:3, :3])))
 
 
@@ -89,8 +88,6 @@ class UrParser(Parser):
 
 @dataclass
 class _Thread:
-    """A thread that was started."""
-
     is_over: bool = False
 
 
@@ -299,7 +296,6 @@ class Interpreter(BlockInterpreter):
         return _pose_of(T)
 
     def _textmsg(self, first: Any, second: Any = "") -> None:
-        """Write a line of the log."""
         text = _shown(first) + _shown(second)
         self.run.messages.append(text)
         self.log.append(text)
