@@ -75,9 +75,7 @@ def test_the_shown_session_has_every_method_with_params_that_its_schema_takes() 
             jsonschema.validate(message, schema_of(ANSWER))
 
 
-def test_the_shown_session_has_what_is_answered(
-    client: RpcClient, tee: dict[str, Any], rows: dict[str, Any]
-) -> None:
+def test_the_shown_session_has_what_is_answered(client: RpcClient, tee: dict[str, Any], rows: dict[str, Any]) -> None:
     """Every name in an answer of the session is in a real answer."""
     text = (ROOT / "docs" / "examples" / "rpc_session.jsonl").read_text(encoding="utf-8")
     shown = [json.loads(line) for line in text.splitlines()]

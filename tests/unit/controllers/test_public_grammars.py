@@ -64,39 +64,37 @@ def test_rapid_is_what_another_grammar_takes(part, few):
     assert check.check_format(text.replace("vAir,fine,", "vAir fine,", 1)) != []  # and it does look
 
 
-@pytest.mark.skipif(not KRL_PARSER, reason="WPCAL_KRL_PARSER does not name a folder with krlParser.py")
-@pytest.mark.parametrize("part", ["tee", "saddle"])
-def test_krl_is_what_another_grammar_takes(part, monkeypatch):
+@pytest.fixture
+def krl_faults(monkeypatch):
+    """Return what counts the faults that the public grammar finds in a text."""
+    if not KRL_PARSER:
+        pytest.skip("WPCAL_KRL_PARSER does not name a folder with krlParser.py")
     antlr4 = pytest.importorskip("antlr4", reason="antlr4-python3-runtime is not installed")
     monkeypatch.syspath_prepend(KRL_PARSER)
     from krlLexer import krlLexer
     from krlParser import krlParser
 
     def faults(text):
-        lexer = krlLexer(antlr4.InputStream(text))
-        parser = krlParser(antlr4.CommonTokenStream(lexer))
+        parser = krlParser(antlr4.CommonTokenStream(krlLexer(antlr4.InputStream(text))))
         parser.removeErrorListeners()
         parser.module()
         return parser.getNumberOfSyntaxErrors()
 
+    return faults
+
+
+@pytest.mark.parametrize("part", ["tee", "saddle"])
+def test_krl_is_what_another_grammar_takes(part, krl_faults):
     files = written("krl", part, few=True)
-    assert [faults(text) for text in files.values()] == [0, 0]
+    assert [krl_faults(text) for text in files.values()] == [0, 0]
     for stated, word in (({"weld_data": "WDAT1"}, ";FOLD ARCOFF"), ({"job": 3}, "$OUT[4]=TRUE")):
         arcs = written("krl", part, few=True, stated=stated)
         assert word in arcs["WPCAL.src"]
-        assert [faults(text) for text in arcs.values()] == [0, 0]
-    assert faults(files["WPCAL.src"].replace("\r\nLIN ", "\r\nLIN , ", 1)) > 0
+        assert [krl_faults(text) for text in arcs.values()] == [0, 0]
+    assert krl_faults(files["WPCAL.src"].replace("\r\nLIN ", "\r\nLIN , ", 1)) > 0
 
 
-@pytest.mark.skipif(not KRL_PARSER, reason="WPCAL_KRL_PARSER does not name a folder with krlParser.py")
-def test_a_touch_program_in_krl_is_what_another_grammar_takes(tmp_path, monkeypatch):
-    antlr4 = pytest.importorskip("antlr4", reason="antlr4-python3-runtime is not installed")
-    monkeypatch.syspath_prepend(KRL_PARSER)
-    from krlLexer import krlLexer
-    from krlParser import krlParser
-
+def test_a_touch_program_in_krl_is_what_another_grammar_takes(tmp_path, krl_faults):
     assert run_here("export", TEE_PLAN, "-f", "krl", "-o", tmp_path / "out").returncode == 0
     for file in sorted((tmp_path / "out" / "krl").iterdir()):
-        parser = krlParser(antlr4.CommonTokenStream(krlLexer(antlr4.InputStream(file.read_bytes().decode()))))
-        parser.module()
-        assert parser.getNumberOfSyntaxErrors() == 0, file.name
+        assert krl_faults(file.read_bytes().decode()) == 0, file.name
