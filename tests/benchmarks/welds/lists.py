@@ -1,6 +1,7 @@
 """Lists of the welds of a part: read, written, and built from lines and arcs.
 
-A list says where a welder would weld. `fixtures/welds/schema.json` describes the file, `fixtures/welds/README.md` the rules.
+A list says where a welder would weld. `fixtures/welds/schema.json` describes the file,
+`fixtures/welds/README.md` the rules.
 """
 
 from __future__ import annotations
