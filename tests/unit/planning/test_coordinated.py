@@ -216,6 +216,29 @@ def test_a_planted_fault_is_found(name, fault, programs, straight):
         require_in_step(changed, program, cell)
 
 
+@pytest.mark.parametrize(
+    ("name", "stop", "flow"),
+    [
+        ("rapid", r",fine,(?=t|W1|\w+;)", ",z1,"),
+        ("inform", r" PL=0", " PL=1"),
+        ("fanuc", r" FINE COORD", " CNT100 COORD"),
+        ("krl", r"(?m)^( *SLIN [^\r\n]*)(?<!C_SPL)(?=\r?$)", r"\1 C_SPL"),
+    ],
+)
+def test_a_stop_that_is_none_is_named(name, stop, flow, programs, straight):
+    """In a file of either robot, at the ends of the seam and off it."""
+    cell, _, seam = straight
+    files = programs("straight", False)[0][name]
+    program = build_coordinated_program(programs("straight", False)[2][name], seam)
+    require_in_step(files, program, cell)
+    stops = [(file, found) for file, text in files.items() for found in re.finditer(stop, text)]
+    assert len(stops) >= 3
+    for file, found in stops:
+        text = found.string[: found.start()] + found.expand(flow) + found.string[found.end() :]
+        with pytest.raises(WrittenWrongError, match="no stop where the plan has one"):
+            require_in_step({**files, file: text}, program, cell)
+
+
 def test_programs_of_joints_lead_through_the_plan_and_nowhere_else(straight):
     cell, run, _ = straight
     program = build_sync_program(run, cell)

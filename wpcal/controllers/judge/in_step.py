@@ -38,7 +38,7 @@ from wpcal.robot.kinematics.inverse import nearest_joints
 from wpcal.robot.moves.interpolation import Moves
 
 ROBOT = re.compile(r".*_R([12])")  #: The stem of a program of robot 1 or 2; all others only start both.
-ASKED = "not the next joints of the plan, or not on its line or arc in the part"
+ASKED = "not the next joints of the plan, or not on its line or arc in the part, or no stop where the plan has one"
 SEAM_ENDS = {Does.START, Does.END, Does.DRY}
 STILL_RAD = np.radians(SAME_DEG)  #: Of all axes: they stand.
 
@@ -50,6 +50,7 @@ class _Asked:
     q: FloatArray  #: shape (12,). rad.
     move: Moves | None = None  #: One line or arc; None off the seam.
     has_joints: bool = False  #: Whether it is a move by the joints of both.
+    stops: bool = True  #: Whether they stop there: off the seam, and at its ends.
 
 
 def require_in_step(
@@ -93,7 +94,9 @@ def _wrong(file: str, line: int, what: str) -> WrittenWrongError:
 def _asked_of(program: SyncProgram | CoordinatedProgram) -> Iterator[_Asked]:
     """Yield where both robots come together, without rests."""
     if isinstance(program, SyncProgram):
-        yield from (_Asked(q, has_joints=True) for q in np.concatenate(program.joints, axis=1))
+        stops = {0, program.arc_on, program.arc_off, len(program) - 1}
+        for row, q in enumerate(np.concatenate(program.joints, axis=1)):
+            yield _Asked(q, has_joints=True, stops=row in stops)
         return
     axes, moves, on_seam = np.concatenate([program.joints1, program.joints2], axis=1), program.path.moves, 0
     assert moves is not None
@@ -102,7 +105,8 @@ def _asked_of(program: SyncProgram | CoordinatedProgram) -> Iterator[_Asked]:
     for step in program.steps(0.0):
         row, on_seam = on_seam, on_seam + step.on_seam
         if np.abs(axes[step.to] - last).max() > STILL_RAD:
-            yield _Asked(axes[step.to], moves.arrays.select(np.array([row])) if step.on_seam else None)
+            move = moves.arrays.select(np.array([row])) if step.on_seam else None
+            yield _Asked(axes[step.to], move, stops=step.stops)
         last = axes[step.to]
 
 
@@ -112,7 +116,7 @@ def _moves(q: FloatArray | None) -> bool:
 
 def _is_as(asked: _Asked, motion: Motion, q: FloatArray, cell: Cell, tools: set[str]) -> bool:
     """Tell whether a move with states (n, 12) leads to where it should, and along its line or arc in the part."""
-    if not np.isfinite(q).all():
+    if not np.isfinite(q).all() or (asked.stops and motion.place.blends):
         return False
     if asked.has_joints:
         return motion.kind == "J" and bool(np.abs(q[-1] - asked.q).max() <= STILL_RAD)
@@ -232,7 +236,8 @@ def _joined(
         if via and not _is_between(np.radians(via), q2, end):
             faults.append((two.place.file, two.place.line, "robot 2 does not move evenly by the joints"))
         q2 = end
-        place = replace(one.place, external=tuple(np.degrees(q2).tolist()), via_external=via)
+        blends = one.place.blends or two.place.blends
+        place = replace(one.place, blends=blends, external=tuple(np.degrees(q2).tolist()), via_external=via)
         yield replace(one, place=place), two
 
 
