@@ -99,7 +99,8 @@ def _files(path: Path, controller: Controller) -> list[Path]:
         return [each for each in files if any(fnmatchcase(each.name.lower(), pattern) for pattern in own)]
     if path.name.lower() not in controller.touch_results or not path.is_file():
         return [path]
-    return [path, *(each for each in sorted(path.parent.iterdir()) if _is_partner(path, each, controller))]
+    others = {*controller.touch_results} - {path.name.lower()}
+    return [path, *(each for each in sorted(path.parent.iterdir()) if each.name.lower() in others)]
 
 
 def _claiming(path: Path, known: list[Controller]) -> list[Controller]:
@@ -109,8 +110,3 @@ def _claiming(path: Path, known: list[Controller]) -> list[Controller]:
     if whole:
         return whole
     return [each for each in known if any(fnmatchcase(name, p) for name in names for p in each.touch_results)]
-
-
-def _is_partner(path: Path, other: Path, controller: Controller) -> bool:
-    """Whether another file belongs to the named one: the controller reads files of both names together."""
-    return other.name.lower() in controller.touch_results and other.name.lower() != path.name.lower()

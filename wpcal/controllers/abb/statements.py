@@ -283,9 +283,6 @@ def instruction(tokens: Sequence[str]) -> tuple[list[list[str]], dict[str, list[
 
 def _rows(text: str) -> Iterator[tuple[int, str, str]]:
     """Yield the number of each line, the line, and its comment; a header between ``%%%`` is empty."""
-    for number, line in enumerate(re.sub(r"^\s*%%%.*?%%%", _blank_lines, text, flags=re.DOTALL).splitlines(), 1):
+    text = re.sub(r"^\s*%%%.*?%%%", lambda match: "\n" * match[0].count("\n"), text, flags=re.DOTALL)
+    for number, line in enumerate(text.splitlines(), 1):
         yield number, *without_comment(line, "!")
-
-
-def _blank_lines(match: re.Match[str]) -> str:
-    return "\n" * match[0].count("\n")
