@@ -240,6 +240,8 @@ def test_a_changed_plan_is_refused(kept: Path, tmp_path: Path, change: Callable[
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert message in done.stderr
     assert not (tmp_path / "again").exists()
+    has_digest = "digest" in (kept / "plan.json").read_text()
+    assert (message.removeprefix("plan.json: ") in run_here("audit", kept).stdout) == has_digest
 
 
 def test_the_audit_sweeps_the_text_of_a_plan_in_its_cell(kept: Path) -> None:

@@ -31,7 +31,8 @@ class Fault:
     def of(cls, error: WpcalError, path: str) -> Fault:
         """Take the place and the cause from an error of a reader."""
         if isinstance(error, FormatError):
-            return cls(error.what, error.line, error.column, code=error.code)
+            of = f"{error.path}: " if error.path and error.path != path else ""  # a file beside it
+            return cls(f"{of}{error.what}", error.line, error.column, code=error.code)
         return cls(str(error).removeprefix(f"{path}: "), code=error.code)
 
     @property

@@ -234,18 +234,18 @@ def read_kept_plan(folder: Path) -> KeptInput:
 
 
 def require_as_made(record: Mapping[str, Any], folder: Path) -> None:
-    """Require that the plan in a folder, and the files that it was made from, are as they were written.
+    """Require that the plan in a folder, and the files there that it was made from, are as they were written.
 
     Raises as `read_kept_plan` does.
     """
     path, source = folder / PLAN_FILE, folder / INPUT
     if record.get("digest") != with_digest(record)["digest"]:
         raise FormatError("was changed after wpcal plan wrote it (digest); plan again", path=str(path))
-    for name, sha256 in record["made_from"].items():
+    for name, sha256 in record["made_from"].items() if source.is_dir() else ():
         if not (source / name).is_file():
             raise InputError(f"{source / name}: is missing; the plan was made from it: plan again")
         if sha256_of(read_bytes(source / name)) != sha256:
             raise FormatError(f"is not what {PLAN_FILE} was made from (SHA-256); plan again", path=str(source / name))
-    for file in sorted(source.iterdir()):
+    for file in sorted(source.glob("*")):
         if file.name not in record["made_from"] and not file.name.startswith("."):
             raise FormatError(f"{PLAN_FILE} was not made from it: take it out, or plan again", path=str(file))
