@@ -2,11 +2,13 @@
 
 import json
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from build123d import Align, Box, Compound, Cylinder, Pos, export_step
 
 from tests.running import run_here
+from wpcal.seam.judge import hiding
 
 LOW = (Align.CENTER, Align.CENTER, Align.MIN)
 NEAR_MM = 1.5
@@ -35,6 +37,16 @@ def test_a_loose_solid_in_the_way_is_named_with_what_is_gained(ring_beside_a_cat
     assert sum(one["length_mm"] for one in gained) == pytest.approx(sum(s["length_mm"] for s in lost), abs=NEAR_MM)
     for seam in lost:
         assert "without catch, which touches nothing, the torch would reach" in " ".join(seam["against"])
+
+
+def test_seams_of_one_length_are_asked_in_their_order_and_not_by_round_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, graph = list[str](), Mock(solid_names=("catch",))
+    monkeypatch.setattr(hiding, "is_loose", Mock(return_value=False))
+    monkeypatch.setattr(hiding, "feel_seams", lambda _graph, _trimmed, seams, _reach: asked.extend(seams) or ())
+    seams = [Mock(length_mm=8.0 + 1e-13 * row, inside=(), blocked_by=("catch",), solids=()) for row in range(12)]
+    with pytest.raises(ValueError, match="zip"):
+        hiding.with_hiding(graph, Mock(), seams, Mock())
+    assert asked == seams[: hiding.MOST_ASKED]
 
 
 def test_the_table_says_it_once_for_all_pieces(ring_beside_a_catch: Path) -> None:

@@ -15,6 +15,7 @@ from wpcal.seam.seam import Hiding, Seam
 
 MOST_ASKED, MOST_SOLIDS = 10, 3
 """So many stretches are asked for, the longest ones, and so many solids at each: most parts have one or two such."""
+DIGITS = 6  #: Of a length, mm: seams of copies are equally long but for round-off, which would choose among them.
 LOOSE_MM = 1.0  #: A solid with no other solid within this, by the boxes of faces, touches nothing.
 LEAST_FREED_MM = 1.0  #: Less is not worth telling.
 
@@ -27,7 +28,9 @@ def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], 
     found = list(seams)
     number = {name: solid for solid, name in enumerate(graph.solid_names)}
     others = {row: _others(seam) for row, seam in enumerate(seams) if seam.length_mm >= LEAST_FREED_MM}
-    rows = sorted((row for row, names in others.items() if names), key=lambda row: (-seams[row].length_mm, row))
+    rows = sorted(
+        (row for row, names in others.items() if names), key=lambda row: (-round(seams[row].length_mm, DIGITS), row)
+    )
     asked: dict[int, list[int]] = {}
     for row in rows[:MOST_ASKED]:
         for name in others[row][:MOST_SOLIDS]:
