@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,7 @@ def place(
     from wpcal.core.records import to_json, write_file
     from wpcal.pages.draw.place import place_svg
     from wpcal.planning.cell.cell_file import read_one_robot
-    from wpcal.planning.sequence.place import map_places
+    from wpcal.planning.sequence.place import WHOLE, map_places
     from wpcal.planning.sequence.sequence_input import read_sequence_input
     from wpcal.planning.sequence.targets import SequenceTargets
     from wpcal.seam.names import split_names
@@ -64,9 +65,10 @@ def place(
     if as_json:
         click.echo(to_json(found.to_record(cell.name)), nl=False)
     else:
-        x, y, turn, share = found.best
-        moved, turned = options.moved.value, f" and the part turned by {turn:g} deg about the vertical" if turn else ""
+        flag = "robot" if options.moved.value == "robot" else "part" if cell.carrier is None else "positioner"
+        numbers = itertools.chain(*found.best_at.to_record().values())
         click.echo(f"now: {100 * found.now:.0f} % of the length is reachable")
-        click.echo(f"best: {100 * share:.0f} % with the {moved} moved by {x:g}, {y:g} mm in x, y of world{turned}")
+        click.echo(f"best: {100 * found.best.share:.0f} % with {found.best.words(options.moved)}")
+        click.echo(f"in a new cell file: --{flag}-at {','.join(f'{number:.6g}' for number in numbers)}")
         click.echo(f"drawn in {output}")
-    return 0 if found.best[3] > 1.0 - 1e-9 else 1
+    return 0 if found.best.share > WHOLE else 1

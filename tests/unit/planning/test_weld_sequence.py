@@ -267,6 +267,18 @@ def test_a_cell_without_tool_data_is_one_line(tmp_path):
         read_one_robot(write_cell(tmp_path, record))
 
 
+def test_a_part_that_is_too_high_is_lowered_as_far_as_nothing_is_below(given):
+    cell, seams = fixed_cell((900.0, 0.0, 2000.0)), [each for each in given.seams if each.name == "W2"]
+    options, targets = MapOptions(range_mm=100.0, step_mm=100.0), SequenceTargets()
+    table = Shape("table", np.array([[900.0, 0.0, 1900.0]]), np.array([[1000.0, 0.0, 1900.0]]), np.array([40.0]))
+    over = dataclasses.replace(cell, bench=(table,))
+    found, above = (map_places(each, given.part, seams, targets, options) for each in (cell, over))
+    assert (found.now, found.best.share) == (0.0, 1.0)
+    assert 2000.0 > found.best_at.t_mm[2] == 2000.0 + found.best.height_mm
+    assert above.best.height_mm >= 0.0
+    check_record(json.loads(to_json(found.to_record("a cell"))))
+
+
 @pytest.mark.deep
 def test_a_place_where_a_body_is_in_the_way_does_not_count(given):
     """A lid over the part: the arm would reach the seams there. A plan finds the same."""
@@ -279,7 +291,7 @@ def test_a_place_where_a_body_is_in_the_way_does_not_count(given):
     covered = dataclasses.replace(cell, bench=(*cell.bench, lid))
     found = map_places(covered, given.part, seams, SequenceTargets(), one)
     assert found.now == 0.0
-    assert found.best[3] == 1.0
+    assert found.best.share == 1.0
     with pytest.raises(GeometryError, match="lid"):
         plan_sequence(covered, given.part, seams, SequenceTargets(torch_range_rad=0.0))
     assert (found.share <= before.share).all()
@@ -291,8 +303,8 @@ def test_the_map_finds_a_place_for_a_part_out_of_reach(given):
     options = MapOptions(range_mm=1200.0, step_mm=300.0)
     found = map_places(cell, given.part, given.seams[:2], SequenceTargets(), options)
     assert found.now == 0.0
-    x, y, turn, share = found.best
-    assert share == 1.0
+    x, y, height, turn, share = found.best
+    assert (height, share) == (0.0, 1.0)
     assert x <= -600.0
     check_record(json.loads(to_json(found.to_record("a cell"))))
     part = np.array([1900.0 + x, y, 200.0])

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
+from wpcal.core.record_types import parts
 from wpcal.core.record_types.parts import D, Maybe, NotNegative, Open, Positive, Record, Six, TorchShape, Vector
 
 
@@ -125,8 +126,10 @@ class CellCheck(Record):
 class Best(Record):
     x_mm: float
     y_mm: float
+    height_mm: Maybe[float] = D("Up in world.")
     turn_deg: float = D("Of the part about the vertical.")
     share: float
+    at: Maybe[parts.Place] = D("Where the part, its positioner or the robot then is in world.")
 
 
 class Place(Record):
@@ -139,5 +142,6 @@ class Place(Record):
     best: Best
     x_mm: list[float] = D("Moves in world: rows of turn_deg and share.")
     y_mm: list[float] = D("Moves in world: columns of turn_deg and share.")
+    height_mm: Maybe[list[list[float]]] = D("Another than 0 only where more is reachable than anywhere at 0.")
     turn_deg: list[list[float]]
     share: list[list[float]]

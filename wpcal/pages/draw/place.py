@@ -15,12 +15,11 @@ NOW, BEST = "#222", "#06c"
 def place_svg(found: PlaceMap) -> str:
     """Return the map as an SVG picture: green where all seams are reachable, red where none is."""
     a, b = found.share.shape
-    x_best, y_best, turn, share = found.best
-    best = int(np.argmin(np.abs(found.x_mm - x_best))), int(np.argmin(np.abs(found.y_mm - y_best)))
-    turned = f", turned by {turn:g} deg" if turn else ""
+    place = found.best
+    best = int(np.argmin(np.abs(found.x_mm - place.x_mm))), int(np.argmin(np.abs(found.y_mm - place.y_mm)))
     title = (
-        f"Reachable length in %, {found.moved.value} moved: now {100 * found.now:.0f} (black circle), "
-        f"best {100 * share:.0f} at x {x_best:g}, y {y_best:g} mm{turned} (blue circle)"
+        f"Reachable length in %: now {100 * found.now:.0f} (black circle), best {100 * place.share:.0f} with "
+        f"{place.words(found.moved)} (blue circle)"
     )
     below = "x and y of world, mm, from where the cell has it; looked at: ends and middles of seams, with collisions"
     bottom = TOP + CELL * b

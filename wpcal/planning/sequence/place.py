@@ -7,11 +7,12 @@ are not looked at: a plan at the best place does that.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.same_bits import inverse_pose, product
+from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import with_torch_at
 from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
@@ -38,8 +40,10 @@ TURNS_DEG = (0.0, 90.0, 180.0, 270.0)  #: Turns of the part about the vertical t
 MOST_AXES = 12  #: Positions of the external axes that are tried per seam and place.
 MOST_WAYS = 4
 """Branches, with positions of the external axes, that are compared with the bodies of the cell per seam and place."""
+HEIGHT_STEP_MM = 200.0  #: Between heights that are tried: tables and risers are built in such steps.
 POSES_AT_ONCE = 16384  #: Poses whose joints are solved together: 6 MB of joints.
 MOST_SPINS = 4  #: Poses of the torch that are compared per point of a seam: quarter turns about the wire.
+WHOLE = 1.0 - 1e-9  #: A larger share is all seams, but for round-off.
 RUNGS = 3  #: Points of a seam that are looked at: its ends and its middle.
 
 
@@ -57,9 +61,33 @@ class MapOptions:
     moved: Moved = opt(Moved.PART, "What is moved over the map: the part, with its positioner, or the robot.", "--move")
     range_mm: float = opt(600.0, "Largest move in x and y.", least=50.0, most=3000.0)
     step_mm: float = opt(100.0, "Step of the map.", "--map-step-mm", least=10.0, most=1000.0)
+    height_mm: float = opt(
+        600.0,
+        "Largest move up, and down as far as floor and fixtures leave room, in steps of 200 mm: tried if no place at "
+        "the height of the cell reaches all seams. By default as far as the map; 0: only that height.",
+        least=0.0,
+        most=2000.0,
+    )
 
 
 USUAL_MAP = MapOptions()
+
+
+class MapPlace(NamedTuple):
+    """A place from where the cell has it: moves in `world`, and the turn of the part about the vertical."""
+
+    x_mm: float
+    y_mm: float
+    height_mm: float
+    turn_deg: float
+    share: float  #: Part of the length of all seams that is reachable, 0 to 1.
+
+    def words(self, moved: Moved) -> str:
+        """Say what is moved, and how."""
+        how = "raised" if self.height_mm > 0 else "lowered"
+        raised = f", {how} by {abs(self.height_mm):g} mm" if self.height_mm else ""
+        turned = f", turned by {self.turn_deg:g} deg about the vertical" if self.turn_deg else ""
+        return f"the {moved.value} moved by {self.x_mm:g}, {self.y_mm:g} mm in x, y of world{raised}{turned}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,17 +95,20 @@ class PlaceMap:
     """The reachable part of all seams over a grid of places."""
 
     moved: Moved
+    starts: Mapping[float, RigidTransform]
+    """By turn of the part: where the part, its positioner or the robot is in the cell, to be moved."""
     #: `x_mm`, `y_mm`: shapes (a,) and (b,). Moves in `world` from where the cell has it.
     x_mm: FloatArray
     y_mm: FloatArray
+    height_mm: FloatArray  #: shape (a, b). Another than 0 only where more is reachable than anywhere at 0.
     #: shape (a, b). The best turn of the part about the vertical at each place; 0 where the robot is moved.
     turn_deg: FloatArray
     share: FloatArray  #: shape (a, b). Part of the length of all seams that is reachable, 0 to 1.
     now: float  #: The same where the cell has it.
 
     @property
-    def best(self) -> tuple[float, float, float, float]:
-        """Move in x and y (mm), turn (deg) and share of the best place: of equally good ones, where most is around."""
+    def best(self) -> MapPlace:
+        """The best place: of equally good ones, where most is around."""
         good = self.share >= self.share.max() - 1e-9
         padded = np.pad(self.share, 1)
         around = sum(
@@ -86,21 +117,29 @@ class PlaceMap:
         off = np.hypot(self.x_mm[:, None], self.y_mm)
         rank = np.where(good, around - 1e-6 * off, -np.inf)
         i, j = np.unravel_index(int(np.argmax(rank)), rank.shape)
-        return float(self.x_mm[i]), float(self.y_mm[j]), float(self.turn_deg[i, j]), float(self.share[i, j])
+        return MapPlace(float(self.x_mm[i]), float(self.y_mm[j]), *(float(each[i, j]) for each in self._maps.values()))
+
+    @property
+    def best_at(self) -> RigidTransform:
+        """Where the part, its positioner or the robot stands at the best place."""
+        start = self.starts[self.best.turn_deg]
+        return replace(start, t_mm=start.t_mm + np.array(self.best[:3]))
+
+    @property
+    def _maps(self) -> dict[str, FloatArray]:
+        return {"height_mm": self.height_mm, "turn_deg": self.turn_deg, "share": self.share}
 
     def to_record(self, cell: str) -> dict[str, Any]:
         """Return the record ``wpcal/place/1``."""
-        x, y, turn, share = self.best
         return {
             "schema": PLACE_SCHEMA,
             "cell": cell,
             "moved": self.moved.value,
             "now_share": self.now,
-            "best": {"x_mm": x, "y_mm": y, "turn_deg": turn, "share": share},
+            "best": {**self.best._asdict(), "at": self.best_at.to_record()},
             "x_mm": self.x_mm.tolist(),
             "y_mm": self.y_mm.tolist(),
-            "turn_deg": self.turn_deg.tolist(),
-            "share": self.share.tolist(),
+            **{name: map_.tolist() for name, map_ in self._maps.items()},
         }
 
 
@@ -116,33 +155,70 @@ def map_places(
     """Measure how much of the seams is reachable over a grid of places.
 
     Only places that the arm reaches, and that could be better than with the part turned otherwise, are compared with
-    the bodies of the cell: at most `RUNGS` times `MOST_WAYS` times `MOST_SPINS` states per seam.
+    the bodies of the cell: at most `RUNGS` times `MOST_WAYS` times `MOST_SPINS` states per seam. At other heights only
+    those are looked at that could be better than every place so far, the seams that the fewest places reach first.
     """
     clearance = CellClearance(with_torch_at(cell, targets.seam_clearance_mm), part)
     tasks = [seam_task(seam.seam) for seam in seams]
-    poses = [_poses(task, targets, clearance) for task in tasks]
-    length = np.array([task.length_mm for task in tasks])
+    whole, reached = sum(task.length_mm for task in tasks), np.zeros(len(tasks))
+    rows = [(task, _poses(task, targets, clearance), task.length_mm / whole) for task in tasks]
     moved, steps = options.moved, round(options.range_mm / options.step_mm)
     grid = np.asarray(options.step_mm * np.arange(-steps, steps + 1), dtype=np.float64)
     turns = TURNS_DEG if moved is Moved.PART and cell.carrier is None else (0.0,)
-    share, best_turn = np.zeros((len(grid), len(grid))), np.zeros((len(grid), len(grid)))
     points = np.concatenate([task.p for task in tasks])
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    for turn in turns:
-        turned = changed_cell(cell, Help("", turn_deg=turn), middle)
-        grid_of = _Grid(clearance.standing_as(turned), turned, targets, moved, grid)
-        found, rest = np.zeros_like(share), 1.0
-        for number, (task, pose) in enumerate(zip(tasks, poses, strict=True), start=1):
-            progress(f"places: seam {number} of {len(tasks)}, part turned by {turn:g} deg")
-            own = length[number - 1] / length.sum()
-            found += own * grid_of.reached(task, pose, found + rest > share + 1e-9)
-            rest -= own
-        better = found > share + 1e-9
-        best_turn = np.where(better, turn, best_turn)
-        share = np.where(better, found, share)
-        if turn == 0.0:
-            now = float(share[steps, steps])
-    return PlaceMap(moved, grid, grid, best_turn, share, now)
+    turned = {turn: changed_cell(cell, Help("", turn_deg=turn), middle) for turn in turns}
+    best = np.zeros((3, len(grid), len(grid)))  # height, turn and share
+    for height, turn in itertools.product(_heights(cell, part, options), turns):
+        if height and best[2].max() > WHOLE:
+            break
+        one = _Grid(clearance.standing_as(turned[turn]), turned[turn], targets, moved, grid, turn, height)
+        least = np.full_like(best[2], best[2].max()) if height else best[2]
+        found = _shares(one, rows, reached, least, progress)
+        best = np.where(found > least + 1e-9, np.stack(np.broadcast_arrays(height, turn, found)), best)
+        if height == turn == 0.0:
+            now = float(found[steps, steps])
+    starts = {turn: _moving(each, moved) for turn, each in turned.items()}
+    return PlaceMap(moved, starts, grid, grid, best[0], best[1], best[2], now)
+
+
+def _shares(
+    one: _Grid, seams: Sequence[tuple[SeamTask, TorchPoses, float]], seen: FloatArray, least: FloatArray, say: Progress
+) -> FloatArray:
+    """Return the reachable share at each place, shape (a, b), a part of it where it is no more than `least`.
+
+    `seams`: With their share of the length. `seen`: How many places reached each; counted on here, the fewest first.
+    """
+    found, rest, at = np.zeros_like(least), 1.0, f", height {one.height_mm:+g} mm" if one.height_mm else ""
+    for count, row in enumerate(np.argsort(seen, kind="stable"), start=1):
+        say(f"places: seam {count} of {len(seams)}, part turned by {one.turn_deg:g} deg{at}")
+        task, poses, share = seams[row]
+        is_reached = one.reached(task, poses, found + rest > least + 1e-9)
+        found, rest = found + share * is_reached, rest - share
+        seen[row] += is_reached.sum()
+    return found
+
+
+def _heights(cell: Cell, part: TriangleMaterial | None, options: MapOptions) -> list[float]:
+    """Return the heights that are tried, the nearest first.
+
+    A part goes down until its lowest point is level with the floor or the lowest top of a fixture; a positioner and a
+    robot do not: they stand on something.
+    """
+    down = 0.0
+    if options.moved is Moved.PART and cell.carrier is None and part is not None:
+        T = cell.part_places(cell.home[None])[0]
+        low = float((part.corners @ T[2, :3]).min() + T[2, 3])
+        down = low - max([cell.floor_z_mm, *(min(shape.box[1][2], low) for shape in cell.bench)])
+    steps = np.arange(1, int(options.height_mm / HEIGHT_STEP_MM) + 1) * HEIGHT_STEP_MM
+    return [0.0, *(up for step in steps.tolist() for up in (step, -step) if up > 0.0 or step <= down)]
+
+
+def _moving(cell: Cell, moved: Moved) -> RigidTransform:
+    """Return where what is moved is in `world`."""
+    if moved is Moved.ROBOT:
+        return cell.T_world_base
+    return cell.T_part if cell.carrier is None else cell.carrier.T_world_base
 
 
 def _poses(task: SeamTask, targets: SequenceTargets, clearance: CellClearance) -> TorchPoses:
@@ -156,13 +232,15 @@ def _poses(task: SeamTask, targets: SequenceTargets, clearance: CellClearance) -
 
 @dataclass(frozen=True, slots=True)
 class _Grid:
-    """The cell at every place of the map, with the part turned in one way."""
+    """The cell at every place of the map, with the part turned in one way and at one height."""
 
     clearance: CellClearance
     cell: Cell
     targets: SequenceTargets
     moved: Moved
     mm: FloatArray
+    turn_deg: float
+    height_mm: float
 
     def reached(self, task: SeamTask, poses: TorchPoses, asked: BoolArray) -> FloatArray:
         """Return 1 where one branch reaches a seam, free of collision; shape (a, b), 0 where `asked` is not."""
@@ -181,7 +259,7 @@ class _Grid:
         most = max(1, POSES_AT_ONCE // math.prod(shape))
         for first in range(0, len(every), most):
             some = every[first : first + most]
-            moves = np.column_stack([grid[some], np.zeros(len(some))])
+            moves = np.column_stack([grid[some], np.full(len(some), self.height_mm)])
             shift = np.einsum("cij,bj->bci", T_base_world[:, :3, :3], moves if self.moved is Moved.PART else -moves)
             T = np.repeat(T_flange[None], len(some), axis=0)
             T[..., :3, 3] += shift[:, :, None]
