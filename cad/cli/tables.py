@@ -66,15 +66,11 @@ CELLS: Mapping[str, Callable[[Seam], str]] = {
     "length mm": lambda seam: f"{seam.length_mm:.3f}{' closed' if seam.closed else ''}",
     "points": lambda seam: str(len(seam.frames)),
     "gap mm": lambda seam: f"{seam.gap_mm[2]:.3f}",
-    "sure": lambda seam: "by hand" if _is_by_hand(seam) else f"{seam.confidence:.0%}",
+    "sure": lambda seam: "by hand" if seam.edit and seam.edit.accept == seam.accepted else f"{seam.confidence:.0%}",
 }
 """Columns about seams."""
 WORDS = ("seam", "joint", "weld", "joins", "why")  #: Columns of words; numbers are on the right.
 WRAPPED = ("joins", "middle in part, mm", "length mm", "why")
-
-
-def _is_by_hand(seam: Seam) -> bool:
-    return seam.edit is not None and seam.edit.accept == seam.accepted
 
 
 def _table(title: str, seams: Sequence[Seam], columns: Mapping[str, Callable[[Seam], str]]) -> Table:
@@ -98,8 +94,12 @@ def seams_table(
     if u95_mm is not None:
         largest = {id(seam): u95 for seam, u95 in zip(seams, u95_mm, strict=True)}
         columns["95 % mm"] = lambda seam: f"{largest[id(seam)].max():.3f}"
-    accepted = [seam for seam in seams if seam.accepted]
-    table, captions = _table(title, accepted, columns), []
+    accepted, captions = [seam for seam in seams if seam.accepted], list[str]()
+    table = _table(title, accepted, columns)
+    if u95_mm is not None and len(accepted) > 1:
+        captions.append(
+            "95 % mm is of each seam alone; the verdict holds for all seams at once, so its figure is larger"
+        )
     if wraps := sum(seam.wrap_of is not None and not seam.accepted for seam in seams):
         ends = "a short end is" if wraps == 1 else f"{wraps} short ends are"
         captions.append(f"{ends} left open; --wrap welds them in one run with the seams beside them")

@@ -44,7 +44,7 @@ from cad.session.session import PickSession, fault_record
 from cad.workpiece.moving import MovingChoice
 from wpcal.cli.signals import ENDING
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError, WpcalError
+from wpcal.core.errors import InputError, WpcalError, fault_words
 from wpcal.robot.links.watch import Watch
 
 LARGEST_BYTES = 8_000_000  #: Largest request: the longest list of points accepted, in base64.
@@ -293,8 +293,7 @@ def _endpoint(action: Callable[[Any], dict[str, Any]]) -> Callable[[Request], An
             answer = {"fault": fault_record(error)}
         except Exception as error:  # the outermost handler of a request: the page must learn of every exception
             _log.error("a request to the picker failed: %r", error, exc_info=bool(os.environ.get("WPCAL_DEBUG")))
-            what = f"internal error ({type(error).__name__}: {error}); this is our fault"
-            answer = {"fault": {"message": what, "code": INTERNAL, "row": None, "column": None}}
+            answer = {"fault": {"message": fault_words(error), "code": INTERNAL, "row": None, "column": None}}
         return JSONResponse(answer, headers=HEADERS)
 
     return endpoint

@@ -13,7 +13,7 @@ from cad.rpc.messages import Id, error_line
 from cad.session.rows import Rows
 from cad.session.session import fault_record
 from wpcal.cli.hints import HINTS
-from wpcal.core.errors import FormatError, InputError, OutOfMemoryError, WpcalError
+from wpcal.core.errors import FormatError, InputError, OutOfMemoryError, WpcalError, fault_words
 
 KERNEL = "KernelError"
 
@@ -35,8 +35,7 @@ def fault_line_of(request_id: Id, error: Exception, message: Mapping[str, Any]) 
         return error_line(request_id, "InputError", what, code="input")
     if os.environ.get("WPCAL_DEBUG"):
         traceback.print_exception(error)
-    what = f"internal error ({type(error).__name__}: {error}); this is our fault: set WPCAL_DEBUG=1 to see where"
-    return error_line(request_id, "InternalError", what, code="internal")
+    return error_line(request_id, "InternalError", fault_words(error), code="internal")
 
 
 def _told(request_id: Id, error: WpcalError, message: Mapping[str, Any]) -> bytes:

@@ -47,7 +47,7 @@ def read_request(line: bytes) -> Request:
         what = "no id" if "id" not in value else f"the id {printable(repr(found)[:LONGEST_ID])}"
         raise MessageFaultError(f"expected a whole number or a text as id, got {what}")
     request_id: Id = found  # type: ignore[assignment]
-    unknown = sorted(set(value) - {"id", "method", "params"})
+    unknown = sorted(set(value) - {"id", "method", "params", "jsonrpc"})  # of JSON-RPC 2.0: clients send its version
     if unknown:
         what = printable(", ".join(unknown)[:LONGEST_ID])
         raise MessageFaultError(f"unknown fields of a request: {what}; known: id, method, params", id=request_id)

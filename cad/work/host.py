@@ -22,7 +22,7 @@ from cad.work.group import GroupRequest
 from cad.work.plain_data import pack, unpack
 from cad.work.plain_types import PlainDataError
 from cad.work.server import ENDED, GROUP
-from wpcal.core.errors import InputError, KernelError
+from wpcal.core.errors import InputError, KernelError, fault_words
 from wpcal.core.threads import ONE_THREAD
 
 END_S = 10.0  #: The server needs less than a second to end its processes and to remove what they began.
@@ -195,7 +195,7 @@ class Host:
             if number not in (0, errno.ENOENT) and str(self._work) in message:  # files there are nobody's business
                 message = f"{self._work.parent}: cannot be written: {os.strerror(number).lower()}"
             return Failure(message, number)
-        return Failure(f"internal error ({value[0]}); this is our fault")
+        return Failure(fault_words(value[0], debug=False))
 
     def _death(self, group: int, status: int) -> Failure:
         """Say how a process ended that did not say so itself."""

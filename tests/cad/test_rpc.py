@@ -218,7 +218,7 @@ def test_a_weld_is_planned_in_a_real_cell(
     [
         (b"{", "ProtocolError", "not JSON"),
         (b"[1]", "ProtocolError", "expected a JSON object"),
-        (b'{"id": 1}', "ProtocolError", "name of a method"),
+        (b'{"jsonrpc": "2.0", "id": 1}', "ProtocolError", "name of a method"),
         (b'{"id": true, "method": "hello"}', "ProtocolError", "as id"),
         (b'{"id": 1.5, "method": "hello"}', "ProtocolError", "as id"),
         (b'{"id": 1, "method": "hello", "params": [1]}', "ProtocolError", "a list"),

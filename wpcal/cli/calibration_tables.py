@@ -146,7 +146,7 @@ def _motions(motions: Sequence[HeldMotion]) -> Table:
 def _criteria(result: CalibrationResult) -> Table:
     table = Table(title="Criteria on the same data")
     table.add_column("criterion")
-    for heading in ("largest mm", "RMS mm", "95 % error mm"):
+    for heading in ("largest mm", "RMS mm", "95 % worst seam"):
         table.add_column(heading, justify="right")
     for row in result.criteria.rows if result.criteria else ():
         numbers = (row["largest_mm"], row["rms_mm"], row["seam_error_95_mm"])
@@ -162,7 +162,7 @@ def _distrusted(found: Distrusted) -> Table:
     title = f"With and without {listed} ({found.criterion.value})"
     table = Table(title=title, caption=f"the two differ by up to {found.shift_mm:.3f} mm")
     table.add_column("fit")
-    for heading in ("points", "largest mm", "RMS mm", "95 % error mm"):
+    for heading in ("points", "largest mm", "RMS mm", "95 % worst seam"):
         table.add_column(heading, justify="right")
     for word, fit in (("with", found.with_them), ("without", found.without_them)):
         numbers = (fit.largest_mm, fit.rms_mm, fit.seam_error_95_mm)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint
+from itertools import pairwise
 
 import click
 
@@ -82,6 +83,8 @@ class CommandsByEntryPoint(click.Group):
         if command is None:
             return found, command, rest
         rest = _with_new_names(command, rest)
+        if _is_ours(_installed()[name]):
+            _refuse_stream(rest)
         _take_shop(ctx, command, name, rest)
         return found, command, rest
 
@@ -178,6 +181,12 @@ def _replaced(words: Sequence[str], renamed: Mapping[str, str]) -> Iterator[str]
         yield f"{flag}{equals}{value}"
 
 
+def _refuse_stream(words: Sequence[str]) -> None:
+    """Refuse ``-`` as the name of an output: elsewhere it means standard output."""
+    if any(pair in (("-o", "-"), ("--out", "-")) for pair in pairwise(words)) or "--out=-" in words:
+        raise click.UsageError("-o -: outputs are files, not standard output; name one (--json prints a record)")
+
+
 def _loaded(entry: EntryPoint) -> click.Command:
     """Import a command. A package that hides ours, that is not installed, or that is broken is told by its name."""
     from wpcal.core.errors import InputError
@@ -199,7 +208,8 @@ def _why_not_loaded(entry: EntryPoint, error: Exception) -> str:
     from importlib.util import find_spec
 
     if not _is_ours(entry):
-        return f"the command {entry.name} of the package {_package(entry)} cannot be loaded: {error}; ask its authors"
+        package = entry.module.partition(".")[0] if entry.dist is None else entry.dist.name
+        return f"the command {entry.name} of the package {package} cannot be loaded: {error}; ask its authors"
     root = entry.module.partition(".")[0]
     ours = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
     found = find_spec(root)
@@ -211,7 +221,3 @@ def _why_not_loaded(entry: EntryPoint, error: Exception) -> str:
             "or install wpcal in an environment of its own"
         )
     return f"the command {entry.name} cannot be loaded: {error}"
-
-
-def _package(entry: EntryPoint) -> str:
-    return entry.module.partition(".")[0] if entry.dist is None else entry.dist.name

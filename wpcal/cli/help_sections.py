@@ -14,7 +14,7 @@ SECTIONS = {
     "How good it must be": """
         tolerance_mm sigma_mm robot_mm criterion accept_unsure count position work_angle_deg speed_mm_s arc pattern
     """,
-    "What to write": "out output format report html png program_name check details force json no_browser",
+    "What to write": "out format report html png program_name check details force json no_browser",
 }
 """Names of options by heading, in the order of the help. The others are seldom needed."""
 SELDOM = "Seldom needed"

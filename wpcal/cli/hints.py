@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from click import NoSuchOption
+
 from wpcal.core.errors import ErrorCode, WpcalError
 
 HINTS: Mapping[str, str] = {
@@ -26,9 +28,14 @@ HINTS: Mapping[str, str] = {
     ErrorCode.PLACE_UNWRITABLE: "--out",
 }
 """By the code of an error: the options that help."""
+INSTEAD: Mapping[str, str] = {"--force": "--resume", "--resume": "--force"}
+"""By an option that a command does not have: what it has in its place, if anything."""
 
 
 def with_hint(error: BaseException, message: str) -> str:
     """Return the message of an error, with the options that help against it in parentheses."""
     hint = HINTS.get(error.code) if isinstance(error, WpcalError) else None
+    if isinstance(error, NoSuchOption) and error.ctx is not None:
+        has = {flag for each in error.ctx.command.params for flag in each.opts}
+        hint = next(iter(has & {INSTEAD.get(error.option_name, "")}), None)
     return message if hint is None else f"{message} ({hint})"

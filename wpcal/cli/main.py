@@ -122,10 +122,11 @@ def _told(error: Exception) -> tuple[str, int] | None:
 
 def _told_of_fault(error: Exception) -> tuple[str, int]:
     """Return what is said of an error that nobody foresaw, and the exit code."""
+    from wpcal.core.errors import fault_words
+
     if os.environ.get("WPCAL_DEBUG"):
         raise error
-    kind = type(error).__name__
-    return f"internal error ({kind}: {error}); this is our fault: set WPCAL_DEBUG=1 to see where", EXIT_OUR_FAULT
+    return fault_words(error), EXIT_OUR_FAULT
 
 
 def _fail(error: BaseException, message: str, code: int, arguments: list[str] | None) -> int:

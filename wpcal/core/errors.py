@@ -55,6 +55,12 @@ class ErrorCode(StrEnum):
     """Nothing can be written at the place of an output; the caller can choose another."""
 
 
+def fault_words(error: object, *, debug: bool = True) -> str:
+    """Say that an error which nobody foresaw is a defect of wpcal. `debug`: Whether WPCAL_DEBUG=1 shows its place."""
+    kind = f"{type(error).__name__}: " if isinstance(error, Exception) else ""
+    return f"internal error ({kind}{error}); this is our fault{': set WPCAL_DEBUG=1 to see where' if debug else ''}"
+
+
 LONGEST_MESSAGE = 2000  #: Characters of a message. The longest of wpcal's own have 500.
 
 

@@ -63,14 +63,16 @@ def _problems(seam: Mapping[str, Any]) -> Iterator[str]:
         yield from _number(seam["confidence"], "confidence", low=0.0, high=1.0)
     for field, value in seam["gap_mm"].items():
         yield from _number(value, f"gap_mm {field}", low=-FARTHEST_MM, high=FARTHEST_MM)
-    before = -np.inf
-    for number, frame in enumerate(seam["frames"]):
-        for problem in _frame_problems(frame, before):
+    frames, before = seam["frames"], -np.inf
+    R = _numbers([frame["R"] for frame in frames], (len(frames), 3, 3))
+    quaternions = [None] * len(frames) if R is None else quaternion_from_rotation(R)  # one by one they take long
+    for number, (frame, quaternion) in enumerate(zip(frames, quaternions, strict=True)):
+        for problem in _frame_problems(frame, before, quaternion):
             yield f"point {number}: {problem}"
         before = float(frame["s_mm"])
 
 
-def _frame_problems(frame: Mapping[str, Any], before_mm: float) -> Iterator[str]:
+def _frame_problems(frame: Mapping[str, Any], before_mm: float, quaternion: FloatArray | None) -> Iterator[str]:
     yield from _number(frame["s_mm"], "s_mm", low=0.0, high=LONGEST_MM)
     if not frame["s_mm"] > before_mm:
         yield f"s_mm: expected more than {before_mm:g}, that of the point before, got {frame['s_mm']:g}"
@@ -91,7 +93,8 @@ def _frame_problems(frame: Mapping[str, Any], before_mm: float) -> Iterator[str]
         yield from _number(frame["lean_deg"].get("spin", 0.0), "lean_deg spin", low=-180.0, high=180.0)
     if R is not None and "q_xyzw" in frame:
         q = _numbers(frame["q_xyzw"], (4,))
-        if q is None or 1.0 - abs(float(q @ quaternion_from_rotation(R))) > QUATERNION_ATOL:
+        right = quaternion_from_rotation(R) if quaternion is None else quaternion
+        if q is None or 1.0 - abs(float(q @ right)) > QUATERNION_ATOL:
             yield f"q_xyzw: expected the quaternion of R, got {frame['q_xyzw']}; edit both"
 
 

@@ -19,6 +19,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.wording import listed
 from wpcal.seam.seam import Seam
 from wpcal.taught.features.reference import FeatureKind, ReferenceFeature
 from wpcal.taught.features.touchable import Ease, Touchable
@@ -28,6 +29,7 @@ from wpcal.touch.design import Design, farthest_rows, least_swap
 
 MOST_PLACES = 400
 """Of larger parts this many features are judged, far from one another: the best sets lie at the outside."""
+SAME_HEIGHT_MM = 0.01  #: The corners of a flat foot are at one height but for round-off.
 ON_A_LINE = 1e-3
 """Points whose second spread is a smaller share of the first leave the rotation about their line to chance."""
 
@@ -38,7 +40,9 @@ def easiest_places(candidates: Sequence[Touchable], have: Sequence[ReferenceFeat
     Raises `GeometryError` when all features are too few or on one line.
     """
     for ease in Ease:
-        places = _places_up_to(ease, candidates, have)
+        names = {feature.name for feature in have}
+        own = (each.feature for each in candidates if each.ease <= ease and each.feature.name not in names)
+        places = Places.of([*have, *own])
         if len(places.p) >= points and fills_a_plane(places.p):
             return places if len(places.p) <= MOST_PLACES else _farthest(places, have)
     raise GeometryError(
@@ -52,11 +56,6 @@ def fills_a_plane(p: FloatArray) -> bool:
         return False
     spread = np.linalg.svd(p - p.mean(axis=0), compute_uv=False)
     return bool(spread[1] > ON_A_LINE * spread[0])
-
-
-def _places_up_to(ease: Ease, candidates: Sequence[Touchable], have: Sequence[ReferenceFeature]) -> Places:
-    names = {feature.name for feature in have}
-    return Places.of([*have, *(c.feature for c in candidates if c.ease <= ease and c.feature.name not in names)])
 
 
 def _farthest(places: Places, have: Sequence[ReferenceFeature]) -> Places:
@@ -184,7 +183,8 @@ def advise(
         with_next = choice.best(points + 1, rows, say)
         next_point = next(f for f in with_next.features if f.name not in chosen.names)
     eases = {item.feature.name: item.ease for item in candidates}
-    notes = (*_ease_notes(chosen, eases), *_swap_notes(chosen))
+    lowest_mm = min(item.feature.p_mm[2] for item in candidates)
+    notes = (*_ease_notes(chosen, eases), *_table_notes(chosen, lowest_mm), *_swap_notes(chosen))
     return Advice(chosen, tuple(by_count.values()), with_next, next_point, notes, sigma_mm, criterion)
 
 
@@ -287,7 +287,8 @@ class _Choice:
         if len(rows) == 0:
             raise GeometryError("the features to choose from lie on one line: no set of them fixes the part")
         affordable = np.flatnonzero(errors <= SWAP_PRICE * errors[0])
-        clear = islice((k for k in affordable.tolist() if self._is_clear(rows[k])), FINALISTS)
+        most = self._clear_squares(n)  # below it an exchange of names is not seen in the residuals
+        clear = islice((k for k in affordable.tolist() if least_swap(self.places.p[rows[k]])[0] >= most), FINALISTS)
         progress(f"predicting the error of the best sets of {n} points")
         if self.criterion is Criterion.MINIMAX:
             finalists = list(clear)
@@ -316,10 +317,6 @@ class _Choice:
         budget = budget_of_design(self.places.p[row], self.teaching, with_minimax=with_minimax, seed=self.seed)
         every = budget.joint_errors(seam_points)
         return every.row, every.error_95_mm
-
-    def _is_clear(self, row: IntArray) -> bool:
-        """Whether every exchange of names would be seen in the residuals."""
-        return least_swap(self.places.p[row])[0] >= self._clear_squares(len(row))
 
     def predicted(self, sets: IntArray) -> AdvisedSet:
         """Predict the errors of sets along all seams, and return the best; `sets` has the shape (m, n)."""
@@ -364,6 +361,13 @@ def _ease_notes(chosen: AdvisedSet, eases: dict[str, Ease]) -> list[str]:
     }
     found = [(name, eases.get(name, Ease.SHARP)) for name in chosen.names]
     return [f"{name}: {words[ease]}" for name, ease in found if ease in words]
+
+
+def _table_notes(chosen: AdvisedSet, lowest_mm: float) -> list[str]:
+    low = [feature.name for feature in chosen.features if feature.p_mm[2] < lowest_mm + SAME_HEIGHT_MM]
+    if not low:
+        return []
+    return [f"{listed(low)}: lowest in z of the model; if the part lies on a table there: --exclude {','.join(low)}"]
 
 
 def _swap_notes(chosen: AdvisedSet) -> list[str]:

@@ -93,6 +93,14 @@ def test_every_output_is_called_out() -> None:
         assert all("--out" in parameter.opts for parameter in short), name
 
 
+def test_an_output_is_no_stream_and_another_name_of_an_option_is_told(tmp_path: Path) -> None:
+    for words in (["fit", TABLE, "-o", "-"], ["fit", TABLE, "--out=-"]):
+        done = run_here(*words)
+        assert (done.returncode, "not standard output" in done.stderr) == (2, True)
+    assert "--force'. (--resume)" in run_here("batch", "jobs.csv", "-o", tmp_path, "--force").stderr
+    assert run_here("plan", "--help").stdout.count("--out DIR") == 1
+
+
 def test_an_old_name_works_and_says_the_new_one(tmp_path: Path) -> None:
     for words in (["--output", str(tmp_path / "a.json")], [f"--output={tmp_path / 'b.json'}"]):
         done = run_here("study", TABLE, "--trials", "5", *words)
@@ -104,35 +112,29 @@ def test_an_old_name_works_and_says_the_new_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "expected"),
-    [
-        (
-            "name,model_x_mm,model_y_mm,model_z_mm,real_x_mm,real_y_mm,real_z_mm\nA,1,2,x,4,5,6\n",
-            {"code": "format", "file": "bad.csv", "line": 2, "column": "model_z_mm"},
-        ),
-        (
-            None,
-            {"code": "input", "file": "bad.csv", "line": None, "column": None, "message": "no such file or directory"},
-        ),
-    ],
+    ("is_there", "expected"), [(True, ("format", 2, "model_z_mm", "x")), (False, ("input", None, None, "no such file"))]
 )
 def test_an_error_is_also_json(
-    content: str | None, expected: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    is_there: bool, expected: tuple[object, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    if content is not None:
-        Path("bad.csv").write_text(content)
+    if is_there:
+        Path("bad.csv").write_text(TABLE.read_text(encoding="utf-8").splitlines()[0] + "\nA,1,2,x,4,5,6\n")
     done = run_here("fit", "bad.csv", "--json")
     record = json.loads(done.stdout)
-    assert {key: record[key] for key in expected} == expected
+    assert tuple(record[key] for key in ("code", "line", "column")) == expected[:3]
+    assert (record["file"], str(expected[3]) in record["message"]) == ("bad.csv", True)
     assert (record["exit_code"], done.returncode, done.stderr.count("\n")) == (2, 2, 1)
     assert record["message"] in done.stderr
 
 
 def test_a_hint_and_wrong_use_are_data_too(tmp_path: Path) -> None:
-    (tmp_path / "out.json").touch()
-    exists = json.loads(run_here("study", TABLE, "-o", tmp_path / "out.json", "--json").stdout)
+    (tmp_path / "out.json").write_text("mine")
+    done = run_here("study", TABLE, "-o", tmp_path / "out.json", "--json")
+    exists = json.loads(done.stdout)
     assert (exists["code"], exists["hint"], exists["file"]) == ("exists", "--force", str(tmp_path / "out.json"))
+    assert done.stderr == f"wpcal: {tmp_path / 'out.json'}: exists; allow overwriting to replace it (--force)\n"
+    assert (tmp_path / "out.json").read_text() == "mine"
     wrong = json.loads(run_here("fit", "--json", "--wrong").stdout)
     assert (wrong["code"], wrong["hint"]) == ("usage", None)
 

@@ -8,21 +8,15 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
 
+NO_NUMBERS = ["nan", "inf", "1e400", "2e9", "81_2", "１２", "true", ""]
+OPTIONS = {"--tolerance-mm": NO_NUMBERS, "--sigma-mm": NO_NUMBERS, "--seed": ["1.5", "1_0", "９", "1e3", "9" * 5000]}
 
-@pytest.mark.parametrize("text", ["nan", "inf", "1e400", "2e9", "81_2", "１２", "true", ""])
-@pytest.mark.parametrize("option", ["--tolerance-mm", "--sigma-mm"])
+
+@pytest.mark.parametrize(("option", "text"), [(option, text) for option, texts in OPTIONS.items() for text in texts])
 def test_what_is_no_number_is_refused(option: str, text: str) -> None:
-    ended = run_here("fit", "pairs.csv", option, text)
-    assert (ended.returncode, ended.stdout) == (2, "")
-    assert f"Invalid value for '{option}': expected a" in ended.stderr
-    assert ended.stderr.count("\n") == 1
-
-
-@pytest.mark.parametrize("text", ["1.5", "1_0", "９", "1e3", "9" * 5000])
-def test_what_is_no_whole_number_is_refused(text: str) -> None:
-    ended = run_here("study", "--seed", text)
-    assert ended.returncode == 2
-    assert "Invalid value for '--seed': expected a whole number" in ended.stderr
+    ended = run_here(*(("study",) if option == "--seed" else ("fit", "pairs.csv")), option, text)
+    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
+    assert f"Invalid value for '{option}': expected a{' whole number' if option == '--seed' else ''}" in ended.stderr
 
 
 def test_help_and_ranges_stay() -> None:
