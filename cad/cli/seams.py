@@ -84,7 +84,7 @@ def seams(
         needs=(PART, MESH) if html is not None else (PART,),
     )
     if told is not None:
-        drawn = _picture_file(part_step, told.record["seam"])
+        drawn = Path(f"{part_step.stem}.{told.record['seam']}.svg".replace("/", "_").replace(chr(92), "_"))
         write_file(drawn, told.svg.encode("utf-8"), overwrite=force)
     if png is not None:
         write_file(png, picture, overwrite=force)
@@ -127,11 +127,6 @@ def _show(found: Sequence[Seam], notes: MemberNotes, issues: Sequence[Issue], ti
     for one in notes.play:
         console.print(f"play {one.gap_mm:.2g} mm in {one.joints} joints")
     show_notes(issues, console)
-
-
-def _picture_file(part_step: Path, seam: str) -> Path:
-    """Return the file in the current folder into which an explained seam is drawn."""
-    return Path(f"{part_step.stem}.{seam}.svg".replace("/", "_").replace(chr(92), "_"))
 
 
 def _check_drawings(png: Path | None, html: Path | None, *, overwrite: bool) -> None:

@@ -92,16 +92,12 @@ def test_a_displaced_part_is_welded_where_it_is(part, standoff_mm, brand, jobs, 
         assert job.errors_mm(brand, welded, moved).max() < EXACT_MM[part]
 
 
-def quaternion(v):
-    return Rotation.from_quat(v[[1, 2, 3, 0]])
-
-
-def zyx(v):
-    return Rotation.from_euler("ZYX", v[:3], degrees=True)
-
-
 @pytest.mark.parametrize(
-    ("file", "pose", "turn"), [("rapid/WPCAL_touch.mod", "wpt", quaternion), ("krl/WPCAL_touch.dat", "E6POS WPT_", zyx)]
+    ("file", "pose", "turn"),
+    [
+        ("rapid/WPCAL_touch.mod", "wpt", lambda v: Rotation.from_quat(v[[1, 2, 3, 0]])),
+        ("krl/WPCAL_touch.dat", "E6POS WPT_", lambda v: Rotation.from_euler("ZYX", v[:3], degrees=True)),
+    ],
 )
 def test_programs_state_the_tool_centre_point_and_the_tip_is_where_the_plan_has_it(file, pose, turn, jobs):
     job, points = jobs("tee", 15), {"A": "approach", "S": "start", "E": "end", "R": "retract"}

@@ -326,11 +326,8 @@ def _annotation(group: type[Any], each: Field[Any]) -> Any:
         return None
     if get_origin(kind) in {Union, types.UnionType}:
         kind = next(one for one in get_args(kind) if one is not type(None))
-    return get_args(kind)[0] if get_origin(kind) is tuple and _is_many(each) else kind
-
-
-def _is_many(each: Field[Any]) -> bool:
-    return OPTION in each.metadata and each.metadata[OPTION].many
+    is_many = OPTION in each.metadata and each.metadata[OPTION].many
+    return get_args(kind)[0] if get_origin(kind) is tuple and is_many else kind
 
 
 def _inner_groups(group: type[Any]) -> dict[str, type[Any]]:

@@ -86,7 +86,8 @@ def _learn(results: tuple[Path, ...], *, as_json: bool) -> int:
     from wpcal.results.habits import decisions_in, learned_rules
 
     found = find_shop([str(path) for path in results])
-    known = {option: _as_list(found.common.get(option, [])) for option in ("not", "weld")}
+    own = {option: found.common.get(option, []) for option in ("not", "weld")}
+    known = {option: [value] if isinstance(value, str) else value for option, value in own.items()}
     decisions = decisions_in(results or (Path(),))
     rules = learned_rules(decisions, [*known["not"], *known["weld"]])
     by_hand = sum(bool(one.kind) for one in decisions)
@@ -103,10 +104,6 @@ def _learn(results: tuple[Path, ...], *, as_json: bool) -> int:
         said = [*known[option], *(rule.pattern for rule in rules if rule.option == option)]
         click.echo(f"{found.path or 'wpcal.toml'}: {option} = {json.dumps(said, ensure_ascii=False)}")
     return int(not rules)
-
-
-def _as_list(value: str | list[str]) -> list[str]:
-    return [value] if isinstance(value, str) else value
 
 
 def _new(out: Path, *, force: bool) -> int:

@@ -19,10 +19,6 @@ def forget_working_folder() -> None:
         here = os.getcwd()
     except OSError:  # the folder was removed
         here = ""
-    if here and _is_inside(__file__, here):
+    if here and os.path.realpath(__file__).startswith(os.path.join(os.path.realpath(here), "")):
         return
     sys.path[:] = [entry for entry in sys.path if entry not in ("", here)]
-
-
-def _is_inside(file: str, folder: str) -> bool:
-    return os.path.realpath(file).startswith(os.path.join(os.path.realpath(folder), ""))

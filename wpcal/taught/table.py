@@ -205,7 +205,8 @@ def taught_from_table(table: Table) -> TaughtPoints:
     features = tuple(table.columns["feature"]) if table.has("feature") else names
     kinds, radius = _touch_columns(table) if is_touched else ((), None)
     if is_touched and not table.has("feature"):
-        features = _points_own_names(names, kinds, p_part)
+        own = [kind is TouchKind.POINT and bool(np.isnan(p).any()) for kind, p in zip(kinds, p_part, strict=True)]
+        features = tuple(name if is_own else "" for name, is_own in zip(names, own, strict=True))  # as without kinds
     elif by_model and not is_touched:
         features = ("",) * len(names)
     return TaughtPoints(
@@ -234,12 +235,6 @@ def _tcp_bias_mm(table: Table) -> float:
         line = table.lines[int(np.argmin(stated))]
         raise FormatError("expected 0 mm or more", path=table.path, line=line, column="tcp_bias_mm")
     return float(stated.max())
-
-
-def _points_own_names(names: Sequence[str], kinds: Sequence[TouchKind], p_part: FloatArray) -> tuple[str, ...]:
-    """Use the names of points without model coordinates as their features, as in a file without kinds."""
-    own = [kind is TouchKind.POINT and bool(np.isnan(p).any()) for kind, p in zip(kinds, p_part, strict=True)]
-    return tuple(name if is_own else "" for name, is_own in zip(names, own, strict=True))
 
 
 def _touch_columns(table: Table) -> tuple[tuple[TouchKind, ...], FloatArray]:

@@ -158,7 +158,9 @@ def advise_moved(
     start, common = model.prior() + _information(made), None
     if teaching is not None:
         common = CommonErrors(teaching, 6 * len(model.bodies), choices.p_part, made, places, seams.points.p_part)
-    search = _deciding(model, choices, seams, start, common)
+    points = seams.points.select(deciding_points(seams.points))
+    own = None if common is None else replace(common, seams=points.p_part)
+    search = MovedSearch.with_floor(choices.rows, model.seam_rows(points), start, own)
     least, why, tolerance_mm = asked.count or 1, "", asked.tolerance_mm
     if tolerance_mm is None:
         chosen = search.chosen(start, least)
@@ -188,15 +190,6 @@ def advise_moved(
         model=model,
         tolerance_mm=tolerance_mm,
     )
-
-
-def _deciding(
-    model: MovedModel, choices: TouchChoices, seams: SeamPoints, start: FloatArray, common: CommonErrors | None
-) -> MovedSearch:
-    """Return the search that looks at the points which decide."""
-    points = seams.points.select(deciding_points(seams.points))
-    own = None if common is None else replace(common, seams=points.p_part)
-    return MovedSearch.with_floor(choices.rows, model.seam_rows(points), start, own)
 
 
 def _information(rows: FloatArray) -> FloatArray:

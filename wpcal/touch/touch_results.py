@@ -136,7 +136,7 @@ def _require_same_plan(plan: TouchPlan, results: SearchResults) -> None:
             "the program was written, or write and run the program again",
             path=path,
         )
-    planned, stored = ({name.upper() for name in names} for names in _names(plan, results))
+    planned, stored = ({each.name.upper() for each in rows} for rows in (plan.searches, results.results))
     if planned != stored or results.count not in (None, len(planned)):
         count = len(stored) if results.count is None else results.count
         odd = listed(sorted(planned ^ stored))
@@ -155,10 +155,6 @@ def _require_same_plan(plan: TouchPlan, results: SearchResults) -> None:
             "the place of the part in the plan: it was changed after the program was written",
             path=path,
         )
-
-
-def _names(plan: TouchPlan, results: SearchResults) -> tuple[list[str], list[str]]:
-    return [search.name for search in plan.searches], [result.name for result in results.results]
 
 
 def _require_postures(plan: TouchPlan, found: Sequence[tuple[Search, SearchResult]], path: str) -> None:

@@ -106,7 +106,9 @@ def weld_for(
     case = Case(seam.joint, seam.weld, draft.given.get("thickness_mm"), draft.given.get("position"))
     speed_row = _take_rules(draft, rules.values_for(case))
     _take_depth(draft, seam)
-    section = _section(draft, seam, what, groove)
+    values = values_from_record(draft.given, what=what)
+    angle = float(np.median(seam.frames.angle_rad)) if len(seam.frames) else math.pi / 2.0
+    section = section_of(values, joint=seam.joint, weld=seam.weld, normals_rad=angle, groove=groove)
     _take_passes(draft, section, rules, case)
     _take_speed(draft, section, speed_row)
     values = values_from_record(draft.given, what=what)
@@ -174,12 +176,6 @@ def _take_depth(draft: _Draft, seam: Seam) -> None:
         return
     if draft.given.get("weld") != WeldKind.SQUARE.value or thickness <= BOTH_SIDES_MM:
         draft.put("depth_mm", thickness, Source.RULE, "the thickness of the thinner plate")
-
-
-def _section(draft: _Draft, seam: Seam, what: str, groove: Groove | None) -> Section | None:
-    values = values_from_record(draft.given, what=what)
-    angle = float(np.median(seam.frames.angle_rad)) if len(seam.frames) else math.pi / 2.0
-    return section_of(values, joint=seam.joint, weld=seam.weld, normals_rad=angle, groove=groove)
 
 
 def _take_passes(draft: _Draft, section: Section | None, rules: RuleTable, case: Case) -> None:

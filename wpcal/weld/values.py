@@ -151,7 +151,7 @@ def values_from_record(record: Mapping[str, Any], *, what: str) -> WeldValues:
     refuse_unknown(record, VALUE_NAMES, what=what)
     parts: Mapping[str, Callable[[Any], Any]] = {
         "weave": _weave,
-        "crater": _crater,
+        "crater": lambda record: Crater(float(record["time_s"]), record.get("current_a"), record.get("voltage_v")),
         "stitch": _stitch,
         "tacks": _stitch,
         "weld": WeldKind,
@@ -175,10 +175,6 @@ def plain(value: Any) -> Any:
 def _weave(record: Mapping[str, Any]) -> Weave:
     dwells = {name: float(record[name]) for name in ("dwell_left_s", "dwell_right_s") if name in record}
     return Weave(WeaveShape(record["shape"]), float(record["width_mm"]), float(record["length_mm"]), **dwells)
-
-
-def _crater(record: Mapping[str, Any]) -> Crater:
-    return Crater(float(record["time_s"]), record.get("current_a"), record.get("voltage_v"))
 
 
 def _stitch(record: Mapping[str, Any]) -> Stitch:

@@ -106,7 +106,8 @@ def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:
     step = max(1, BLOCK // margins.shape[1])
     for start in range(0, len(margins), step):
         some = slice(start, start + step)
-        distance = segment_distances(_rows(axes, table.first[some]), _rows(axes, table.second[some]))
+        ends = (Segments(axes.p[:, rows], axes.u[:, rows]) for rows in (table.first[some], table.second[some]))
+        distance = segment_distances(*ends)
         margins[some] = distance - table.needed_mm[some, None]
     starts = np.flatnonzero(np.diff(table.pair, prepend=-1))
     return np.asarray(np.minimum.reduceat(margins, starts, axis=0), dtype=np.float64)
@@ -160,7 +161,3 @@ class _CapsuleTable:
         u = self.ends[1]
         start = Frames(x, y, z, origin).point(self.ends[0])
         return Segments(start, np.asarray(u[0] * x + u[1] * y + u[2] * z, dtype=np.float64))
-
-
-def _rows(axes: Segments, rows: IntArray) -> Segments:
-    return Segments(axes.p[:, rows], axes.u[:, rows])

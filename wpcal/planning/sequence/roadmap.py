@@ -60,7 +60,9 @@ class Roadmap:
                 proved = np.array([self.checker.is_free(a, b) for a, b in itertools.pairwise(way)])
                 if proved.all():
                     return way
-                self._remove({tuple(sorted(rows[k : k + 2].tolist())) for k in np.flatnonzero(~proved).tolist()})
+                wrong = {tuple(sorted(rows[k : k + 2].tolist())) for k in np.flatnonzero(~proved).tolist()}
+                self._moves = [move for move in self._moves if tuple(sorted(move)) not in wrong]
+                self._tree = connected_components(self._graph(), directed=False)[1].astype(np.int64)
             else:
                 self._grow(*ends)
         return None
@@ -81,11 +83,6 @@ class Roadmap:
         self._moves.append((one, other))
         a, b = sorted((self._tree[one], self._tree[other]))
         self._tree[self._tree == b] = a
-
-    def _remove(self, wrong: set[tuple[int, ...]]) -> None:
-        """Take moves out of the graph."""
-        self._moves = [move for move in self._moves if tuple(sorted(move)) not in wrong]
-        self._tree = connected_components(self._graph(), directed=False)[1].astype(np.int64)
 
     def _graph(self) -> Any:  # the types of SciPy's graphs do not fit those of its arrays
         n = len(self._x)

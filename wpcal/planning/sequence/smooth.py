@@ -144,7 +144,8 @@ def _refined(search: SeamSearch, way: Candidate, most_rad_mm: float, *, is_tilte
     start = way.angles
     if len(rungs) == 2:
         start = angles_between(way.task, search.targets, np.arange(len(way)), problem.rows, problem.start.angles)
-    change = _along(s, rungs, found.angles - problem.start.angles)
+    at_rungs = found.angles - problem.start.angles
+    change = np.stack([np.interp(s, rungs, column) for column in at_rungs.T], axis=1)
     asked = way.q[[0, -1], JOINTS:], (way.branch, way.q[0, :JOINTS])
     for share in SHARES:
         angles = start + share * change
@@ -152,16 +153,8 @@ def _refined(search: SeamSearch, way: Candidate, most_rad_mm: float, *, is_tilte
         if end < len(angles):
             continue
         better = replace(search.candidate(way.task, angles, q, way.branch), is_reversed=way.is_reversed)
-        is_less = _cost(better) < _cost(way) and better.motion_rad_mm < most_rad_mm
+        less, now = (each.off_torch_rad**2 + (MOTION * each.motion_rad_mm) ** 2 for each in (better, way))
+        is_less = less < now and better.motion_rad_mm < most_rad_mm
         if is_less and search.checked(way.task, angles, *asked)[1] is None:
             return better
     return way
-
-
-def _along(s_mm: FloatArray, rungs_mm: FloatArray, angles: FloatArray) -> FloatArray:
-    """Return angles (n, 3) at all points, straight between those at the rungs (m, 3)."""
-    return np.stack([np.interp(s_mm, rungs_mm, column) for column in angles.T], axis=1)
-
-
-def _cost(way: Candidate) -> float:
-    return way.off_torch_rad**2 + (MOTION * way.motion_rad_mm) ** 2

@@ -161,6 +161,8 @@ def identify_arm(
     after = np.concatenate([task.errors(found.fit.model, rows) for found, rows in rounds])
     outliers = task.outliers(final, train, np.concatenate([rows for _, rows in rounds]) if o.folds is None else None)
     whole = predict_whole_range(nominal, final.nominal, final.fit)
+    steps = zip(final.fit.parameters, final.fit.steps, strict=True)
+    changes = {each.name: (float(step), each.is_length) for each, step in steps if each.group is Group.LINK}
     return Identification(
         arm=nominal.as_identified(
             nominal.chain.with_table(final.fit.model.chain.table), unseen_tool_mm=_unseen_tool_mm(final.fit, o)
@@ -174,7 +176,7 @@ def identify_arm(
         errors_before=before,
         errors_after=after,
         half_widths=task.half_widths(final, train),
-        verdict=judge(before, after, changes=_changes(final.fit), doubts=_doubts(final.fit, whole)),
+        verdict=judge(before, after, changes=changes, doubts=_doubts(final.fit, whole)),
         whole_range=whole,
         options=o,
         outliers=outliers,
@@ -319,15 +321,6 @@ def _unseen_tool_mm(fit: LeastSquaresFit, options: IdentifyOptions) -> float:
         for parameter in _unseen_of_last_link(fit, options)
     ]
     return float(ndtri(0.975) * np.sqrt(np.sum(np.square(sigmas))))
-
-
-def _changes(fit: LeastSquaresFit) -> dict[str, tuple[float, bool]]:
-    """Change of each link parameter, mm or rad, and whether it is a length."""
-    return {
-        parameter.name: (float(step), parameter.is_length)
-        for parameter, step in zip(fit.parameters, fit.steps, strict=True)
-        if parameter.group is Group.LINK
-    }
 
 
 def _doubts(fit: LeastSquaresFit, whole: WholeRange) -> list[str]:

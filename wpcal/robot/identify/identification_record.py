@@ -30,6 +30,7 @@ IDENTIFICATION_SCHEMA = "wpcal/identification/1"
 def identification_record(result: Identification) -> dict[str, Any]:
     """Return the record of an identification; lengths in mm, angles in degrees."""
     fit, options, observations = result.fit, result.options, result.observations
+    joints = np.rad2deg(result.observations.joints[result.train])  # outside their range nothing is shown
     return {
         "schema": IDENTIFICATION_SCHEMA,
         "robot": result.arm.name,
@@ -41,7 +42,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "test_poses": {"before": result.before.to_record(), "after": result.after.to_record()},
         "whole_range": result.whole_range.to_record(),
         "error_field": _error_fields(result),
-        "joints_deg": _joint_range(result),
+        "joints_deg": {"least": joints.min(axis=0).tolist(), "most": joints.max(axis=0).tolist()},
         "rows": {"train": _rows(observations, result.train), "test": _rows(observations, result.test)},
         "errors": _errors(result, observations),
         "rank": fit.rank,
@@ -78,12 +79,6 @@ def _error_fields(result: Identification) -> dict[str, Any]:
     by_arm = {"nominal": result.errors_before, "identified": result.errors_after}
     fields = {arm: error_field(places, errors[:, -3:]) for arm, errors in by_arm.items()}
     return {arm: None if field is None else field.to_record() for arm, field in fields.items()}
-
-
-def _joint_range(result: Identification) -> dict[str, list[float]]:
-    """Return the least and the greatest angle of each joint among the fitted poses: outside, nothing is shown."""
-    joints = np.rad2deg(result.observations.joints[result.train])
-    return {"least": joints.min(axis=0).tolist(), "most": joints.max(axis=0).tolist()}
 
 
 def parameter_rows(result: Identification) -> list[dict[str, Any]]:

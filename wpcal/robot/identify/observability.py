@@ -86,7 +86,8 @@ def plan_poses(
     joints = _candidates(arm, rng, above_mm, count)
     model = KinematicModel(arm.chain)
     theta = arm.model_angles(joints)
-    seen = _observations(joints, model, theta, positions_only=positions_only)
+    p, R = model.poses(theta, np.zeros(len(joints), dtype=np.int64))
+    seen = PoseObservations(joints, p, None if positions_only else R)
     kept, _ = split_determined(model, parameters, theta, seen)
     rows = seen.equations // len(seen)
     if count * rows <= len(kept):
@@ -116,13 +117,6 @@ def _candidates(arm: Arm, rng: np.random.Generator, above_mm: float | None, coun
             f"only {len(joints)} of {4 * CANDIDATES} random poses stay above {above_mm:g} mm; lower the height"
         )
     return joints[:CANDIDATES]
-
-
-def _observations(
-    joints: FloatArray, model: KinematicModel, theta: FloatArray, *, positions_only: bool
-) -> PoseObservations:
-    p, R = model.poses(theta, np.zeros(len(joints), dtype=np.int64))
-    return PoseObservations(joints, p, None if positions_only else R)
 
 
 def _greedy(blocks: FloatArray, count: int) -> list[int]:

@@ -141,7 +141,9 @@ def _newton(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
     reach = max(float(np.abs(chain.a).sum() + np.abs(chain.d).sum()), 1.0)
     scale = np.array([1.0, 1.0, 1.0, *(1.0 / reach,) * 3])  # rows of the Jacobian alike, whatever the arm's size
     for _ in range(NEWTON_STEPS):
-        error = _pose_error(chain, T[open_rows], angles[open_rows])
+        now = forward_kinematics(chain, angles[open_rows])
+        turn = log_rotation(product(T[open_rows, :3, :3], np.swapaxes(now[:, :3, :3], 1, 2)))
+        error = np.concatenate([turn, T[open_rows, :3, 3] - now[:, :3, 3]], axis=1)  # rad and mm, in the base
         met = (np.abs(error[:, :3]).max(axis=1) < NEWTON_RAD) & (np.abs(error[:, 3:]).max(axis=1) < NEWTON_MM)
         open_rows, error = open_rows[~met], error[~met]
         if open_rows.size == 0:
@@ -152,13 +154,6 @@ def _newton(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
         angles[open_rows] += step[:, :, 0]
     angles[open_rows] = np.nan
     return angles
-
-
-def _pose_error(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
-    """Error that remains, shape (M, 6): rotation vector (rad) and distance (mm), in the base."""
-    now = forward_kinematics(chain, theta)
-    turn = log_rotation(product(T[:, :3, :3], np.swapaxes(now[:, :3, :3], 1, 2)))
-    return np.concatenate([turn, T[:, :3, 3] - now[:, :3, 3]], axis=1)
 
 
 def turn_into_limits(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray:

@@ -125,11 +125,6 @@ class OffsetWrist:
         found = self._closed(R, p) if self.is_parallel else self._roots(R, p)
         return np.asarray(found - 2 * np.pi * np.ceil(found / (2 * np.pi) - 0.5))
 
-    def _seen(self, R: FloatArray, theta1: FloatArray) -> FloatArray:
-        """Return axis 2 turned by the inverse of ``e2 ... e6``: as the flange sees it; shape (3, ..., N)."""
-        y = _turned(self.k[0], theta1, np.broadcast_to(self.k[1].reshape(3, *(1,) * theta1.ndim), (3, *theta1.shape)))
-        return np.asarray(np.einsum("ijn,i...n->j...n", R, y))
-
     def _bend(self, far: FloatArray, sign: FloatArray) -> FloatArray:
         """Return θ3 for the point of axis 4 at vectors (3, ...) from axis 2: of two, that of the sign; NaN: too far."""
         k, columns = self.k, (3, *(1,) * (far.ndim - 1))
@@ -158,7 +153,8 @@ class OffsetWrist:
         lift = (k[1].reshape(3, 1, 1) * up).sum(axis=0)
         v = np.broadcast_to(k[5].reshape(3, 1, 1), (3, *lift.shape))
         theta5 = _angle_to_height(k[4], v[:, None], k[1], lift, both[:, None, None])  # (2, 2, N): θ5, θ1
-        seen = self._seen(R, theta1)[:, None]
+        axis = np.broadcast_to(k[1].reshape(3, *(1,) * theta1.ndim), (3, *theta1.shape))
+        seen = np.einsum("ijn,i...n->j...n", R, _turned(k[0], theta1, axis))[:, None]  # axis 2 as the flange sees it
         wrist = _turned(k[4], -theta5, k[1])
         theta6 = _angle(k[5], np.broadcast_to(seen, wrist.shape), wrist)
         x = np.cross(k[1], k[0])

@@ -91,7 +91,8 @@ class RowJudge:
         _require(found.frame, self.frame, "frame")
         self._require_same_tool(found)
         T_base_tool, note = self._with_tool(found)
-        used = found.tool if found.tool.values is not None and not _is_flange(found.tool) else self._given(found.tool)
+        is_known = found.tool.values is not None and not _is_flange(found.tool)
+        used = found.tool if is_known else Setting(found.tool.name, self.T_flange_tool)
         T_base_model = self._place_of_model(found, T_base_tool, used)
         still_s = _still_s(readings)
         if self._before is not None and not _is_same(found.frame, self._before.frame):
@@ -108,9 +109,6 @@ class RowJudge:
         else:
             what = f"the values of tool {found.tool} have changed since the row before"
         raise LinkError(f"refused: {what}")
-
-    def _given(self, tool: Setting) -> Setting:
-        return Setting(tool.name, self.T_flange_tool)
 
     def _place_of_model(self, found: Reading, T_base_tool: RigidTransform, tool: Setting) -> RigidTransform | None:
         """Return where the model of the arm must stand for joints and position to belong together."""

@@ -89,13 +89,9 @@ def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[di
         if _apart(p, end) > 0.0:
             bodies.append({**_capsule(f"torch {number}", p, end, tube.radius_mm), **near})
         before_mm = tube.radius_mm
-    return [*bodies, *_joined(end, flange)]
-
-
-def _joined(end: FloatArray, flange: FloatArray) -> list[dict[str, Any]]:
-    """Return the body from the end of a torch to the flange; none if they are as near as it is thick."""
-    is_apart = _apart(end, flange) > NECK_RADIUS_MM
-    return [_capsule("torch body", end, flange, NECK_RADIUS_MM)] if is_apart else []
+    if _apart(end, flange) > NECK_RADIUS_MM:  # else they are as near as the body is thick
+        bodies.append(_capsule("torch body", end, flange, NECK_RADIUS_MM))
+    return bodies
 
 
 def _apart(p: FloatArray, q: FloatArray) -> float:

@@ -108,7 +108,8 @@ def match_points(
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     sigma = _stated_sigma(taught, used) if options.sigma_mm is None else options.sigma_mm
-    places = Places.of(_usable(taught, used, features, options.kinds))
+    named = {feature_named(features, taught.features[row]).name for row in used if taught.features[row]}
+    places = Places.of([each for each in features if each.kind in options.kinds or each.name in named])
     allowed = [_allowed(taught, row, features, places, options.kinds) for row in used]
     points = tuple(taught.names[row] for row in used)
     p_base = taught.p_base[used]
@@ -153,14 +154,6 @@ def _stated_sigma(taught: TaughtPoints, used: Sequence[int]) -> float:
     return math.sqrt(float(np.linalg.eigvalsh(taught.covariances[list(used)]).max()))
 
 
-def _usable(
-    taught: TaughtPoints, used: Sequence[int], features: Sequence[ReferenceFeature], kinds: Sequence[FeatureKind]
-) -> list[ReferenceFeature]:
-    """Return the features that points may be: of the kinds, and those that points name."""
-    named = {feature_named(features, taught.features[row]).name for row in used if taught.features[row]}
-    return [feature for feature in features if feature.kind in kinds or feature.name in named]
-
-
 def _allowed(
     taught: TaughtPoints, row: int, features: Sequence[ReferenceFeature], places: Places, kinds: Sequence[FeatureKind]
 ) -> IntArray | None:
@@ -183,7 +176,8 @@ class _Decision:
     sigma_mm: float
 
     def match(self, T_nominal_part: RigidTransform | None) -> Match:
-        R, t = self._poses()
+        p = self.places.p[self.found.rows]
+        R, t = kabsch(p, np.broadcast_to(self.p_base, p.shape), np.full(p.shape[:2], 1.0 / p.shape[1]))
         weights = self._weights()
         chosen, reason = self._choose(R, t, weights, T_nominal_part)
         n = self.found.rows.shape[1]
@@ -197,10 +191,6 @@ class _Decision:
             for k, rows in enumerate(self.found.rows)
         )
         return Match(self.points, answers, chosen, reason, self.found.complete)
-
-    def _poses(self) -> tuple[FloatArray, FloatArray]:
-        p = self.places.p[self.found.rows]
-        return kabsch(p, np.broadcast_to(self.p_base, p.shape), np.full(p.shape[:2], 1.0 / p.shape[1]))
 
     def _weights(self) -> FloatArray:
         """Probabilities of the answers: equal before the touch, then by exp(-S / 2σ²)."""

@@ -157,7 +157,8 @@ class _Search:
         points = self.points.astype(np.float32)
         squares = np.einsum("ni,ni->n", points, points)
         slack = FLOAT32_SLACK * float(squares.max())
-        windows = [_window(side, self.limit, slack) for side in self.triangle.sides]
+        off = math.sqrt(2.0 * self.limit)  # the fit of two points leaves half the square
+        windows = [(max(s - off, 0.0) ** 2 - slack, (s + off) ** 2 + slack) for s in self.triangle.sides]
         starts = np.flatnonzero(self.masks[a])
         step = max(1, BLOCK_VALUES // len(points))
         for first in range(0, len(starts), step):
@@ -211,12 +212,6 @@ class _Search:
         R, t = kabsch(source, target, np.full(target.shape[:2], 1.0 / n))
         left = target - source @ R.transpose(0, 2, 1) - t[:, None, :]
         return np.einsum("mni,mni->m", left, left), R, t
-
-
-def _window(side_mm: float, limit: float, slack: float) -> tuple[float, float]:
-    """Squares of the distances that are off a side by at most √(2 S): the fit of two points leaves half the square."""
-    off = math.sqrt(2.0 * limit)
-    return max(side_mm - off, 0.0) ** 2 - slack, (side_mm + off) ** 2 + slack
 
 
 def _is_within(squares: FloatArray, window: tuple[float, float]) -> BoolArray:

@@ -105,7 +105,10 @@ def find_places(
 
     Returns `held, small`: TouchPlaces. Those with room around them, and those on faces where no place has it.
     """
-    faces = _large_faces(graph, trimmed)
+    low, high = trimmed.face_box
+    with np.errstate(invalid="ignore"):
+        size = (high - low).max(axis=1)
+    faces = np.flatnonzero((graph.face_kind != SurfaceKind.NONE) & (size >= LEAST_FACE_MM) & np.isfinite(size))
     face, p, normal = _grid(graph, trimmed, faces)
     sunk_face, sunk = _below_edges(graph, faces, place, options.nominal)
     foot = project_to_faces(graph, sunk_face, sunk)
@@ -117,13 +120,6 @@ def find_places(
     room = _has_room(graph, trimmed, found)
     held = found.select(room)
     return held, found.select(~np.isin(found.face, held.face))
-
-
-def _large_faces(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
-    low, high = trimmed.face_box
-    with np.errstate(invalid="ignore"):
-        size = (high - low).max(axis=1)
-    return np.flatnonzero((graph.face_kind != SurfaceKind.NONE) & (size >= LEAST_FACE_MM) & np.isfinite(size))
 
 
 def _grid(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -84,13 +85,9 @@ def _search_record(search: Search) -> dict[str, Any]:
         "joints_deg": _degrees(search.joints),
         "via_joints_deg": _degrees(search.via_joints),
         "body": search.body,
-        "serves": None if search.serves is None else _served_record(search.serves),
+        "serves": None if search.serves is None else asdict(search.serves),
         "axis": None if search.axis is None else search.axis.tolist(),
     }
-
-
-def _served_record(served: Served) -> dict[str, Any]:
-    return {"seam": served.seam, "before_mm": served.before_mm, "after_mm": served.after_mm}
 
 
 def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
@@ -99,6 +96,7 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
     Raises `FormatError` when a field is missing, or the searches are not usable.
     """
     try:
+        own = record.get("first_stage")
         return TouchPlan(
             part=record["part"],
             searches=tuple(_search(each) for each in record["searches"]),
@@ -112,7 +110,7 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
             predicted=_prediction(record.get("predicted")),
             notes=tuple(record.get("notes", ())),
             bodies=tuple(PlannedBody(**each) for each in record.get("bodies", ())),
-            first_stage=_first_stage(record.get("first_stage")),
+            first_stage=None if own is None else FirstStage(_array(own["centre_mm"]), _array(own["covariance"])),
         )
     except KeyError as error:
         raise FormatError(f"lacks the field {error.args[0]}", path=path) from None
@@ -174,10 +172,6 @@ def _search(record: Mapping[str, Any]) -> Search:
         serves=None if record.get("serves") is None else Served(**record["serves"]),
         axis=None if record.get("axis") is None else _array(record["axis"]),
     )
-
-
-def _first_stage(record: Mapping[str, Any] | None) -> FirstStage | None:
-    return None if record is None else FirstStage(_array(record["centre_mm"]), _array(record["covariance"]))
 
 
 def _prediction(record: Mapping[str, Any] | None) -> SeamPrediction | None:

@@ -81,7 +81,10 @@ def _weld_at(points: FloatArray, welds: Sequence[XmcfSeam], used: Collection[int
     """Return the weld at a seam, one that no other seam has if possible, and the welds that cover a part of it only."""
     off = [_distance(points, weld.lines_mm) for weld in welds]
     near = [row for row, weld in enumerate(welds) if off[row] <= _near_mm(weld)]
-    within = [] if near else [row for row, weld in enumerate(welds) if _is_along(weld, points)]
+    within = list[int]()  # welds of which all is on the line through the points
+    if not near and len(points) > 1:
+        apart = [_distance(np.concatenate(weld.lines_mm), [points]) for weld in welds]
+        within = [row for row, weld in enumerate(welds) if apart[row] <= _near_mm(weld)]
     return min(near or within, key=lambda one: (one in used, off[one]), default=None), within
 
 
@@ -96,11 +99,6 @@ def with_files(stated: Sequence[StatedWeld], more: Sequence[StatedWeld]) -> tupl
 
 def _near_mm(weld: XmcfSeam) -> float:
     return max(NEAR_MM, *weld.thicknesses_mm, NEAR_MM)
-
-
-def _is_along(weld: XmcfSeam, points: FloatArray) -> bool:
-    """Whether all of a weld is on the line through points."""
-    return len(points) > 1 and _distance(np.concatenate(weld.lines_mm), [points]) <= _near_mm(weld)
 
 
 def _distance(points: FloatArray, lines: Sequence[FloatArray]) -> float:

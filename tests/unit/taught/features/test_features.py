@@ -85,16 +85,13 @@ def test_faces_in_one_plane_are_one_datum() -> None:
     np.testing.assert_allclose(top.p_mm, [50, 20, 20], rtol=0, atol=ROUND_OFF_MM)
 
 
-def corners(x: float, y: float, z: float) -> set[tuple[float, ...]]:
-    return {(a, b, c) for a in (0.0, x) for b in (0.0, y) for c in (0.0, z)}
-
-
 @pytest.mark.parametrize("rounded", ["rounded-upright", "rounded-all", "rounded-top"])
 def test_rounds_leave_virtual_corners(rounded: str) -> None:
     graph = saved_graph(rounded)
     features = find_features(graph)
     virtual = of_kind(features, FeatureKind.VIRTUAL_CORNER)
-    assert {tuple((feature.p_mm.round(9) + 0.0).tolist()) for feature in virtual} == corners(80, 60, 40)
+    corners = {(a, b, c) for a in (0.0, 80.0) for b in (0.0, 60.0) for c in (0.0, 40.0)}
+    assert {tuple((feature.p_mm.round(9) + 0.0).tolist()) for feature in virtual} == corners
     assert len(virtual) == 8
     assert all(len(feature.faces) == 3 for feature in virtual)
     judged = judge_features(graph, features)
