@@ -24,7 +24,7 @@ from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.schemas import has_schema
 from wpcal.core.wording import shown
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.sequence.kept_plan import PLAN_FILE, require_as_made
+from wpcal.planning.sequence.kept_plan import require_as_made
 from wpcal.results.folder import RECORD_SCHEMAS
 from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, read_arm
 from wpcal.robot.torch.file import CELL_SCHEMA
@@ -76,7 +76,7 @@ def _faults(record: dict[str, Any], name: str, path: Path) -> list[Fault]:
             READERS[name](path)
         else:
             check_record(record, name, path=str(path), is_complete=True)
-            if path.name == PLAN_FILE and "digest" in record:
+            if "digest" in record:  # a plan
                 require_as_made(record, path.parent)
     except WpcalError as error:
         if name == SEAMS_SCHEMA:
