@@ -340,9 +340,6 @@ def _inner_groups(group: type[Any]) -> dict[str, type[Any]]:
     return {
         name: kind
         for name, kind in kinds.items()
-        if is_dataclass(kind) and isinstance(kind, type) and _has_option(kind)
+        if is_dataclass(kind) and isinstance(kind, type)
+        if any(OPTION in each.metadata for each in fields(kind)) or _inner_groups(kind)
     }
-
-
-def _has_option(group: type[Any]) -> bool:
-    return any(OPTION in each.metadata for each in fields(group)) or bool(_inner_groups(group))

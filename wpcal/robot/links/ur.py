@@ -44,7 +44,7 @@ class UrLink:
         self._address = address
         self._opened: Wire | None = None
         self._way_s = ANSWER_S  # the quickest way of a question and its answer
-        self._offset_s = np.inf  # of our clock less the controller's, with the quickest way of a package
+        self._offset_s: float | None = None  # of our clock less the controller's, with the quickest way of a package
         self._last_s = -np.inf
 
     @property
@@ -138,6 +138,11 @@ class UrLink:
             raise LinkError(f"{self._where}: does not answer as RTDE")
         return kind, self._wire.exact(size - 3)
 
+    def _offset_at(self, sent: float) -> float:
+        """Return how far our clock is ahead of the robot's: the least that was seen, and what clocks drift since."""
+        offset = time.monotonic() - sent
+        return offset if self._offset_s is None else min(offset, self._offset_s + DRIFT * (sent - self._last_s))
+
     def _package(self) -> Reading:
         kind, data = self._message()
         while kind == TEXT:
@@ -151,9 +156,7 @@ class UrLink:
         sent, position, joints = float(values[0]), values[1:7], values[7:13]
         if sent <= self._last_s:
             raise LinkError(f"{self._where}: the clock of the positions stands")
-        offset = time.monotonic() - sent  # the least that was seen counts, and what clocks drift since
-        self._offset_s = min(offset, self._offset_s + DRIFT * (sent - self._last_s))
-        self._last_s = sent
+        self._offset_s, self._last_s = self._offset_at(sent), sent
         tool = None if len(self._names) == 3 else _transform(values[13:19], "flange", "tool")
         name = "" if tool is None or np.any(values[13:19]) else "0"
         asked = sent + self._offset_s - self._way_s
