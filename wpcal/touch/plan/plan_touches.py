@@ -254,5 +254,5 @@ def _notes(
         which = face_words(graph, found.small, small[0])
         notes.append(f"{counted(len(small), 'face')} too small for the displacement of the part, such as {which}")
     if T_base_part is None:
-        notes.append("the place of the part is not given (--nominal or --cell): z of the part counts as up")
+        notes.append("no place of the part (--nominal, --cell): programs have it at the origin of the base, z up")
     return tuple(notes)
