@@ -17,6 +17,11 @@ XIONG_2015_ERRORS = np.array(
 reproduce the largest error that its authors' result had (2.9 %, of d1); Table 2 is lost in the text at hand."""
 
 
+def off_by(arm, errors=XIONG_2015_ERRORS):
+    """The arm as it is when its `link_parameters` are off by `errors`."""
+    return arm.as_identified(KinematicModel(arm.chain).moved(link_parameters(arm.chain), errors).chain)
+
+
 def random_joints(arm, count, *, rng):
     """Shown joint angles drawn evenly within the limits, rad."""
     return rng.uniform(*arm.limits, (count, len(arm.joints)))

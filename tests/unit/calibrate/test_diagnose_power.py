@@ -1,5 +1,7 @@
 """How often a wrong point is named, against a textbook test, and how often a good one is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.special import chdtrc, fdtrc
@@ -8,6 +10,7 @@ from tests.few import few
 from wpcal.calibrate import TeachingError, fit_least_squares
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.diagnose import diagnose_pairs
+from wpcal.calibrate.trust.left_out import Sets, weigh_sets
 from wpcal.calibrate.trust.neighbours import FeaturePlaces
 from wpcal.calibrate.trust.robust import contradicted_points
 from wpcal.core import PointPairs
@@ -122,3 +125,16 @@ def test_a_wrong_point_is_named_beside_an_error_that_is_stated_too_small():
     pairs, bad = touched(np.random.default_rng(4), 8, 1, 40.0)
     found = diagnose_pairs(pairs, teaching=TeachingError(sigma_mm=SIGMA_MM / 2.5, robot=ALONE))
     assert found.suspect.names == tuple(pairs.names[i] for i in bad)
+
+
+@pytest.mark.parametrize("scaled", [True, False])
+def test_sets_are_weighed_by_their_likelihoods_and_the_numbers_that_they_take(scaled):
+    """The Bayesian information criterion; a set that is hardly probable is not told, and has its share."""
+    rows = SimpleNamespace(scaled=scaled, freedom=14, floor=lambda left: 0.1 * left)
+    sums, gone = np.array([9.0, 30.0, 8.0, 7.5]), np.array([1, 1, 2, 3])
+    left = rows.freedom - gone
+    share = (np.exp(-sums / 2) if scaled else (sums + 0.1 * left) ** (-left / 2)) * 20.0 ** (-gone / 2)
+    found = weigh_sets(rows, Sets(np.arange(4)[:, None], sums, gone, np.ones(4, dtype=bool)))
+    told = np.argsort(-share)[:3]
+    assert found.sets == tuple((row,) for row in told)
+    np.testing.assert_allclose(found.probabilities, share[told] / share.sum(), rtol=1e-12)

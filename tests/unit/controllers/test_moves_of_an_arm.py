@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from scipy.spatial import KDTree
 
 from tests.few import few
-from tests.simulated_poses import XIONG_2015_ERRORS
+from tests.simulated_poses import off_by
 from wpcal.cli.main import wpcal
 from wpcal.controllers.program import build_program
 from wpcal.controllers.program.checked_program import check_program
@@ -20,7 +20,6 @@ from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.core.errors import FrameError
 from wpcal.results.folder import read_finished
 from wpcal.robot.compensation import NO_TOOL
-from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, follow_path, nearest_joints
@@ -34,10 +33,7 @@ NEAR = {"m10ia": [0, 0, 0, 0, -40, 0], "irb1600_8_145": [0, 0, 0, 0, -40, 0]}
 
 
 def at_tool(name, *, identified=False):
-    arm = find_arm(name)
-    if identified:
-        model = KinematicModel(arm.chain).moved(link_parameters(arm.chain), XIONG_2015_ERRORS)
-        arm = arm.as_identified(model.chain)
+    arm = off_by(find_arm(name)) if identified else find_arm(name)
     return ArmAtTool(arm, parse_tool("0,0,350,0,30,0")[0], np.deg2rad(NEAR[name]))
 
 
@@ -104,9 +100,7 @@ def exact(path):
 
 SAME_MM = 1e-6  # two inverse solutions and their Newton steps
 NOMINAL = find_arm("mh6")
-REAL = NOMINAL.as_identified(
-    KinematicModel(NOMINAL.chain).moved(link_parameters(NOMINAL.chain), XIONG_2015_ERRORS).chain
-)
+REAL = off_by(NOMINAL)
 BRANCH = 0  # wrist in front of axis 1 and of the lower arm, not flipped
 HOME = np.array([0.2, 0.3, -0.4, 0.3, 0.7, 0.2])
 

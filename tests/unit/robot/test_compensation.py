@@ -1,21 +1,18 @@
 import numpy as np
 import pytest
 
-from tests.simulated_poses import XIONG_2015_ERRORS
+from tests.simulated_poses import off_by
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.compensation import correct_points
-from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.inverse import nearest_joints
 
 SAME_MM = 1e-7  # two closed forms and a few Newton steps
 NOMINAL = find_arm("mh6")
-REAL = NOMINAL.as_identified(
-    KinematicModel(NOMINAL.chain).moved(link_parameters(NOMINAL.chain), XIONG_2015_ERRORS).chain
-)
+REAL = off_by(NOMINAL)
 TORCH = RigidTransform(rotation_from_zyx(0.1, 0.6, 0.0), [20.0, 0.0, 350.0], "flange", "tool")
 HOME = np.array([0.2, 0.3, -0.4, 0.3, 0.7, 0.2])
 

@@ -3,9 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.simulated_poses import XIONG_2015_ERRORS, random_joints
+from tests.simulated_poses import off_by, random_joints
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
 from wpcal.robot.kinematics.forward import forward_kinematics
 from wpcal.robot.kinematics.inverse import follow_path, nearest_joints, solve_inverse, turn_into_limits
@@ -105,9 +104,7 @@ def test_out_of_reach_is_nan_for_that_pose_only():
 
 
 def test_newton_meets_the_pose_of_an_identified_arm():
-    nominal = find_arm("mh6")
-    real = KinematicModel(nominal.chain).moved(link_parameters(nominal.chain), XIONG_2015_ERRORS).chain
-    arm = nominal.as_identified(real)
+    arm = off_by(find_arm("mh6"))
     q = random_joints(arm, 300, rng=np.random.default_rng(5))
     T = arm.forward(q)
     solutions = solve_inverse(arm, T)

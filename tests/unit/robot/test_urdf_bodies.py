@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.robot.kinematics.arm import arm_frames
 from wpcal.robot.kinematics.urdf import read_urdf
 from wpcal.robot.kinematics.urdf_bodies import ROUND_CORNERS, _primitive, read_link_hulls
 
@@ -49,9 +51,6 @@ def test_corners_are_where_the_urdf_puts_them_at_every_joint_angle(urdf):
     c, s = np.cos(tilt), np.sin(tilt)
     R_tilt = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])  # about -y
     expected = 1000 * (CUBE + np.array([0, 0, 0.05])) @ R_tilt.T + np.array([0, 0, 400])
-    from wpcal.core.transform import RigidTransform
-    from wpcal.robot.kinematics.arm import arm_frames
-
     place = RigidTransform.identity(target="world", source="base")
     frames = [f.matrices()[0] for f in arm_frames(arm, place, np.array([[tilt, turn]]))]
     found = one.hull @ frames[1][:3, :3].T + frames[1][:3, 3]

@@ -13,10 +13,10 @@ from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.moved import fit_moved_bodies
-from wpcal.calibrate.observe.bodies import KeptContacts, TackTolerance
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved
+from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved, advise_touches
 from wpcal.touch.weldment import MovedModel, MovedSearch, SeamPoints, Tacked
 
 SIGMA_MM = 0.2
@@ -32,16 +32,17 @@ def seam_points(part: Weldment) -> SeamPoints:
         for s in (-150.0, 0.0, 150.0):
             p.append(part.bodies.centroid_part[b] * [1.0, 1.0, 0.0] + 4.0 * normal + s * along)
             n.append(normal), x.append(along), body.append(b)
-    up = np.tile([0.0, 0.0, 1.0], (len(p), 1))
-    wall = np.array(body)
-    points = MeetingPoints(
-        np.array(p), wall, np.zeros_like(wall), np.array(n), up, np.array(x), np.ones(len(p), dtype=bool)
-    )
+    wall, up, met = np.array(body), np.tile([0.0, 0.0, 1.0], (len(p), 1)), np.ones(len(p), dtype=bool)
+    points = MeetingPoints(np.array(p), wall, np.zeros_like(wall), np.array(n), up, np.array(x), met)
     return SeamPoints(points, tuple(f"W{b}" for b in body))
 
 
 def tacked(part: Weldment) -> Tacked:
     return Tacked(part.bodies, np.zeros(0, dtype=np.int64), seam_points(part))
+
+
+OWN = tacked(PART)
+MODEL = OWN.model()
 
 
 def choices(part: Weldment, model: MovedModel, some: list[int] | None = None) -> TouchChoices:
@@ -59,27 +60,23 @@ def advised(part: Weldment, some: list[int] | None = None, **options: float) -> 
 @pytest.mark.parametrize("robot", [None, RobotField(0.3, 400.0)])
 def test_the_predicted_error_is_the_one_after_the_fit(robot: RobotField | None) -> None:
     """Touches without errors on a part that did not move: the covariance of the fit is that of the plan."""
-    own = tacked(PART)
     T = RigidTransform.identity(target="base", source="part")
     still = PART.drawn(np.random.default_rng(0), scale=0.0)
     touches = PART.touched(replace(still, T_base_part=T), 0.0, np.random.default_rng(0))
     teaching = None if robot is None else TeachingError(robot=robot, tcp_bias_mm=0.2)
     stated = {"sigma_mm": SIGMA_MM, "estimate": False, "teaching": teaching}
     found = fit_moved_bodies(touches, PART.body, PART.bodies, T, **stated).fit  # type: ignore[arg-type]
-    error, model = meeting_errors(found, own.seams.points), own.model()
-    asked = HowMany(len(PART.p))
-    advice = advise_moved(model, choices(PART, model), own.seams, asked, teaching=teaching)
+    error = meeting_errors(found, OWN.seams.points)
+    advice = advise_moved(MODEL, choices(PART, MODEL), OWN.seams, HowMany(len(PART.p)), teaching=teaching)
     assert advice.error_95_mm == pytest.approx(error.total_mm.max(), rel=1e-6)
     assert advice.unseen_mm == pytest.approx(error.unseen_mm[int(np.argmax(error.total_mm))], rel=1e-6)
 
 
 def test_errors_after_each_touch_are_those_of_the_whole_inverse() -> None:
-    own = tacked(PART)
-    model = own.model()
-    some = choices(PART, model)
-    three = replace(some, rows=some.rows.reshape(-1, 3, model.size))  # three numbers each
-    search = MovedSearch(three.rows, model.seam_rows(own.seams.points))
-    M = model.prior() + search.information([0, 4, 9])
+    some = choices(PART, MODEL)
+    three = replace(some, rows=some.rows.reshape(-1, 3, MODEL.size))  # three numbers each
+    search = MovedSearch(three.rows, MODEL.seam_rows(OWN.seams.points))
+    M = MODEL.prior() + search.information([0, 4, 9])
     scores = search.scores(np.linalg.inv(M))
     for k in range(len(three.rows)):
         errors = search.errors(np.linalg.inv(M + search.information([k])))
@@ -87,41 +84,28 @@ def test_errors_after_each_touch_are_those_of_the_whole_inverse() -> None:
 
 
 def test_errors_along_an_order_are_those_of_the_whole_inverse() -> None:
-    own = tacked(PART)
-    model = own.model()
-    search = MovedSearch(choices(PART, model).rows, model.seam_rows(own.seams.points))
+    search = MovedSearch(choices(PART, MODEL).rows, MODEL.seam_rows(OWN.seams.points))
     order = [0, 7, 3, 4, 12, 1, 20, 5]
-    errors = search.errors_after(model.prior(), order)
+    errors = search.errors_after(MODEL.prior(), order)
     for k in (6, 8):  # the part is held
-        direct = search.errors(np.linalg.inv(model.prior() + search.information(order[:k])))
+        direct = search.errors(np.linalg.inv(MODEL.prior() + search.information(order[:k])))
         np.testing.assert_allclose(errors[k], direct, rtol=1e-4, atol=0)
 
 
 def test_the_choice_is_nearly_the_best_of_all_sets() -> None:
-    own = tacked(PART)
-    model = own.model()
     some = [*range(6), *range(6, 12)]  # the base and one upright
-    search = MovedSearch(choices(PART, model, some).rows, model.seam_rows(own.seams.points)[:3])
-    prior = model.prior()
-    every = [
-        search.errors(np.linalg.inv(prior + search.information(each))).max() for each in combinations(range(12), 8)
-    ]
+    search = MovedSearch(choices(PART, MODEL, some).rows, MODEL.seam_rows(OWN.seams.points)[:3])
+    prior, sets = MODEL.prior(), combinations(range(12), 8)
+    every = [search.errors(np.linalg.inv(prior + search.information(each))).max() for each in sets]
     found = search.errors(np.linalg.inv(prior + search.information(search.chosen(prior, 8)))).max()
     assert found <= 1.02 * min(every)
     assert found < 0.5 * np.median(every)
 
 
 def test_a_body_without_a_touch_is_touched_next() -> None:
-    own = tacked(PART)
-    model = own.model()
     made = np.flatnonzero(PART.body != 3)
-    advice = advise_moved(
-        model,
-        choices(PART, model),
-        own.seams,
-        HowMany(1),
-        have=(choices(PART, model, made.tolist()).rows, PART.p[made]),
-    )
+    have = choices(PART, MODEL, made.tolist()).rows, PART.p[made]
+    advice = advise_moved(MODEL, choices(PART, MODEL), OWN.seams, HowMany(1), have=have)
     (touch,) = advice.touches
     assert (touch.body, touch.seam) == ("U3", "W3")
     assert touch.before_mm is not None
@@ -145,13 +129,12 @@ def test_what_cannot_be_reached_says_why() -> None:
     on_others = np.flatnonzero(PART.body != 2).tolist()
     assert "nothing on U2 can be touched" in advised(PART, on_others, tolerance_mm=0.8).why_not
     assert "all 30 places" in advised(PART, tolerance_mm=0.1).why_not
-    own = tacked(PART)
-    model = own.model(shared=1)
+    model = OWN.model(shared=1)
     k = np.arange(len(PART.p))
     long_wire = -2.0 / SIGMA_MM * PART.n[:, 2:][:, None, :]  # all see 2 mm of the wire that points down
     rows = model.rows(PART.p, PART.n[:, None, :] / SIGMA_MM, PART.body, long_wire)
     some = TouchChoices(tuple(f"T{i}" for i in k), ("",) * len(k), PART.body, PART.p, rows)
-    advice = advise_moved(model, some, own.seams, HowMany(tolerance_mm=1.5))
+    advice = advise_moved(model, some, OWN.seams, HowMany(tolerance_mm=1.5))
     assert "--post" in advice.why_not
 
 
@@ -185,12 +168,11 @@ def test_what_cannot_be_asked(options: dict[str, float], message: str) -> None:
 
 
 def test_a_part_without_seams_or_places_is_refused() -> None:
-    own = tacked(PART)
-    none = SeamPoints(own.seams.points.select(np.zeros(0, dtype=np.int64)), ())
+    none = SeamPoints(OWN.seams.points.select(np.zeros(0, dtype=np.int64)), ())
     with pytest.raises(GeometryError, match="no seam"):
-        advise_moved(own.model(), choices(PART, own.model()), none, HowMany(1))
+        advise_moved(MODEL, choices(PART, MODEL), none, HowMany(1))
     with pytest.raises(GeometryError, match="nothing to touch"):
-        advise_moved(own.model(), choices(PART, own.model(), []), own.seams, HowMany(1))
+        advise_moved(MODEL, choices(PART, MODEL, []), OWN.seams, HowMany(1))
 
 
 def test_tight_tacks_are_the_rigid_part() -> None:
@@ -202,3 +184,19 @@ def test_tight_tacks_are_the_rigid_part() -> None:
     chosen = [touch.index for touch in advice.touches]
     assert np.linalg.matrix_rank(J[chosen]) == 6
     assert advice.unseen_mm < 1e-3
+
+
+def test_arrays_alone_give_the_advice_of_the_model_that_is_made_of_them() -> None:
+    body = [PART.bodies.names[b] for b in PART.body]
+    part = replace(PART, bodies=Bodies.of_points(PART.p, body, TackTolerance(0.7, 4.0))[0])
+    own, teaching = tacked(part), TeachingError(SIGMA_MM)
+    made = advise_moved(own.model(), choices(part, own.model()), own.seams, HowMany(9), teaching=teaching)
+    at, options = own.seams.points, {"sigma_mm": SIGMA_MM, "tack_mm": 0.7, "tack_mrad": 4.0}
+    faces = [[part.bodies.names[b] for b in each] for each in (at.wall_body, at.base_body)]
+    normals = at.n_wall, at.n_base
+    found = advise_touches(part.p, 3.0 * part.n, body, at.p_part, normals, tuple(faces), count=9, **options)
+    assert found.error_95_mm == pytest.approx(made.error_95_mm, rel=1e-9)
+    for touch, same in zip(found.touches, made.touches, strict=True):
+        x, y, z = part.p[same.index]
+        told = f"P{same.index + 1}", f"({x:g} {y:g} {z:g}) on {same.body}", same.seam.replace("W", "U") + " on base"
+        assert (touch.name, touch.where, touch.seam) == told
