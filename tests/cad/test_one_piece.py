@@ -131,6 +131,19 @@ def ring_with_floor(foot_mm: float) -> Any:
     return outer - Pos(0, 0, 6) * inner + Box(foot_mm, foot_mm, 6, align=LOW) - Cylinder(9, 40)
 
 
+def pocketed(pocket_mm: float) -> Any:
+    """Return a plate with a round bar on it and, if it is deep enough, a pocket with round corners and a hole."""
+    pocket = fillet(Box(80, 60, pocket_mm, align=LOW).edges().filter_by(Axis.Z), 8)
+    plate = Box(240, 120, 25, align=LOW) + Pos(80, 0, 25) * Cylinder(20, 30, align=LOW)
+    return plate - Pos(-50, 0, 25 - pocket_mm) * pocket - Pos(-50, 0, 0) * Cylinder(6, 60)
+
+
+def stepped() -> Any:
+    """Return a block with a slot along it and a step along one end."""
+    step, slot = Box(61, 240, 20, align=LOW), Box(300, 48, 18.6)
+    return Box(300, 240, 31, align=LOW) - Pos(120, 0, 18.6) * step - Pos(0, 0, 31) * slot
+
+
 def small_tee(scale: float) -> Any:
     return (Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, 4, 60, align=LOW)).scale(scale)
 
@@ -144,6 +157,9 @@ def small_tee(scale: float) -> Any:
         (padded, "none of its inner corners is between two of its members: it looks milled or printed"),
         (lambda: ring_with_floor(60), "it is a low ring with a floor in it: its pocket looks milled or printed"),
         (lambda: ring_with_floor(150), None),
+        (lambda: pocketed(10), "it is a plate with a pocket in it: it looks milled or printed"),
+        (lambda: pocketed(30), None),  # a hole through it
+        (stepped, "it is one plate with steps or pads: it looks milled or printed"),
         (lambda: small_tee(0.5), "it is 167 mm long with a wall of 2.0 mm: it looks moulded or printed"),
         (lambda: small_tee(0.7), None),
     ],

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP
 from wpcal.seam.find.formed import MOULDED_MM
+from wpcal.seam.limits import FLUSH_MM
 from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
 
 ON_MM, ON_COS = 0.02, 0.999
@@ -95,6 +96,10 @@ class Member:
         area = max(self.length_mm, self.section[0]) * self.section[1]
         return bool(self.thickness_mm <= SLENDER_PLATE * np.sqrt(area))
 
+    def is_within(self, other: Member) -> bool:
+        """Tell whether this member is not thicker than another."""
+        return self.thickness_mm <= other.thickness_mm + FLUSH_MM
+
     @property
     def in_words(self) -> str:
         """What the member is, with its section: ``rolled profile 100 x 50``."""
@@ -136,11 +141,29 @@ class Decomposition:
 
     @property
     def is_stepped_plate(self) -> bool:
-        """Tell whether there is nothing but parallel plates, two with a side in common: one plate with steps."""
-        if not self.are_parallel_plates:
+        """Tell whether there are only parallel plates, two with a side in common, or plates and bars on one face."""
+        if not self._plates:
             return False
-        pairs = combinations([one.faces for one in self.members], 2)
-        return any(one & other for one, other in pairs)
+        if self.are_parallel_plates:
+            return any(one.faces & other.faces for one, other in combinations(self.members, 2))
+        most = max(self._plates, key=lambda one: one.thickness_mm)
+        is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) and one.is_within(most) for one in self.members)
+        on_one_face = frozenset.intersection(*(one.faces for one in self.members))
+        return is_flat and bool(on_one_face) and any(not most.is_within(one) for one in self.members)
+
+    @property
+    def _plates(self) -> list[Member]:
+        return [one for one in self.members if one.kind is MemberKind.PLATE]
+
+    @property
+    def floors(self) -> frozenset[int]:
+        """Return the sides that plates have below those of a thicker parallel one, their other sides on one face."""
+        pairs = [
+            (one, most)
+            for one, most in permutations(self._plates, 2)
+            if one.faces & most.faces and abs(one.axis @ most.axis) > ON_COS and not most.is_within(one)
+        ]
+        return frozenset().union(*(one.faces - most.faces for one, most in pairs))
 
     @property
     def is_pocket(self) -> bool:

@@ -7,6 +7,8 @@ members is a joint, and one inside a member was rolled, bent or cut.
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
@@ -77,12 +79,23 @@ def _explained(
 
 
 def _cheapest(cost: FloatArray, covers: BoolArray, face: IntArray) -> BoolArray:
-    """Return which hypotheses explain the points at least cost; points that the same ones explain count as one."""
+    """Return which hypotheses explain the points at least cost; points that the same ones explain count as one.
+
+    One alone needs no programme if three of the cheapest cost as much, and no two cost less.
+    """
+    per_point = COST_UNEXPLAINED / np.bincount(face)[face] + COST_SURFACE / len(face)
+    alone = cost + ~covers @ per_point
+    least = float(alone.min())
+    pairs = combinations(np.flatnonzero(cost < least - cost.min()).tolist(), 2)
+    if least <= 3.0 * cost.min() and all(
+        cost[[*two]].sum() + per_point[~covers[[*two]].any(axis=0)].sum() >= least for two in pairs
+    ):
+        last = len(cost) - 1 - int(alone[::-1].argmin())  # of equal ones a stretch, of which the section is known
+        return np.asarray(np.arange(len(cost)) == last, dtype=bool)
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array, eye_array, hstack
 
     groups, of = np.unique(covers.T, axis=0, return_inverse=True)
-    per_point = COST_UNEXPLAINED / np.bincount(face)[face] + COST_SURFACE / len(face)
     weight = np.bincount(of.ravel(), weights=per_point, minlength=len(groups))
     n, m = len(cost), len(groups)
     matrix = hstack([csr_array(groups.astype(np.float64)), eye_array(m)])

@@ -51,6 +51,7 @@ DETAIL = 0.3  #: A solid is small if its box has less than this share of the dia
 DRAWN_APART, MOST_ASKED = 4, 40
 """So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
 MOST_TOLD = 3  #: Most solids that are told of.
+LEAST_WALLS = 3  #: Of a pocket in a plate: what has fewer is the seat of a screw.
 VESSEL_WALL = 0.03  #: A vessel that was drawn or blown has a wall thinner than this share of its width.
 SAME_LENGTH_MM = 0.01
 """Edges whose lengths agree within this are equal. Solids with equal edges and faces are one body."""
@@ -187,11 +188,22 @@ def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
         return "it is one plate with steps or pads: it looks milled or printed"
     if found.is_pocket:
         return "it is a low ring with a floor in it: its pocket looks milled or printed"
-    corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid) if not found.is_inside(*faces)]
+    corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid)]
+    if any(_is_enclosed(graph, face, corners) for face in found.floors):
+        return "it is a plate with a pocket in it: it looks milled or printed"
+    corners = [faces for faces in corners if not found.is_inside(*faces)]
     is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) for one in found.members)
     is_joint = any(found.is_joint(*faces) for faces in corners)
     words = "none of its inner corners is between two of its members: it looks milled or printed"
     return words if is_flat and corners and not is_joint else None
+
+
+def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
+    """Tell whether a face meets three others or more, and nothing but hollow rounds besides, at inner corners."""
+    beside = np.setdiff1d(graph.edge_faces[(graph.edge_faces == face).any(axis=1)], [face, -1])
+    walls = {other for pair in corners if face in pair for other in pair if other != face}
+    is_hollow = (graph.face_kind != SurfaceKind.PLANE) & (graph.face_outward < 0)
+    return len(walls) >= LEAST_WALLS and bool((np.isin(beside, list(walls)) | is_hollow[beside]).all())
 
 
 def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
