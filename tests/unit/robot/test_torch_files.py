@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -69,6 +70,10 @@ def test_the_core_is_inside_every_shipped_torch() -> None:
                 for s in (core, shape)
             )
             assert own <= whole + 1e-9
+
+
+def test_a_longer_wire_is_tried_in_steps_up_to_the_longest() -> None:
+    assert replace(USUAL_TORCH, most_wire_mm=26.0).wires_mm == (20.0, 22.5, 25.0, 26.0)
 
 
 def test_a_torch_of_ones_own_is_read_and_listed(tmp_path: Path) -> None:

@@ -185,3 +185,9 @@ def test_wrong_use_is_refused():
     for mm in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(InputError, match="path tolerance: expected a positive number"):
             PathTolerance(mm)
+
+
+def test_a_share_of_a_tolerance_bounds_the_turn_about_the_wire_too():
+    asked = PathTolerance(0.1, wire_rad=0.02)
+    assert asked.narrowed(0.5) == PathTolerance(0.05, wire_rad=0.01, side_rad=0.01)
+    assert asked.narrowed(1.0) == asked
