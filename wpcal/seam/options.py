@@ -178,8 +178,7 @@ class SeamOptions:
     gap_mm: float | None = opt(None, "Largest gap between members.  [default: by part size, at most 0.5]")
     concave: ConcaveEdges = opt(
         ConcaveEdges.AUTO,
-        "Take concave edges inside one solid as seams; auto: only of solids that touch no other solid and are built up "
-        "of plates, bars and tubes.",
+        "Take concave edges inside one solid as seams; auto: only of solids built up of plates, bars and tubes.",
     )
     split_rad: float = opt_deg(30.0, "A seam ends where it turns by more.")
     steps: StepOptions = field(default_factory=StepOptions)
