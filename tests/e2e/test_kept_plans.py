@@ -231,9 +231,7 @@ CHANGES = (
 )
 
 
-@pytest.mark.parametrize(
-    ("change", "message"), CHANGES, ids=["state", "seams", "cell", "more", "earlier", "two robots"]
-)
+@pytest.mark.parametrize(("change", "message"), CHANGES)
 def test_a_changed_plan_is_refused(kept: Path, tmp_path: Path, change: Callable[[Path], None], message: str) -> None:
     change(kept)
     done = run_here("export", kept, "-f", "rapid", "-o", tmp_path / "again")

@@ -15,7 +15,7 @@ from wpcal.core.pendant import NOTATIONS
 from wpcal.results.next_steps import HELP_PAGE, next_steps
 
 if TYPE_CHECKING:
-    from wpcal.calibrate import CalibrationResult, Distrusted, HeldMotion, StartsEvidence
+    from wpcal.calibrate import CalibrationResult, Distrusted, HeldMotion
 
 MOST_ROWS = 60  #: Most points shown, more than a person usually teaches. Of a larger set, those that fit worst.
 
@@ -94,7 +94,10 @@ def _fit(result: CalibrationResult) -> Table:
     table = Table(title="Fit", show_header=False)
     table.add_row("criterion", result.criterion.value)
     if result.touches is not None:
-        table.add_row("starts that agree", _evidence(result.touches.starts))
+        found = result.touches.starts  # touches have no proof
+        best = found.next_best_rms_mm
+        rest = "no other optimum" if best is None else f"next best RMS {best:.4g} mm"
+        table.add_row("starts that agree", f"{found.agreeing} of {found.starts}; {rest} (not proved)")
     table.add_row("95 % errors rest on", result.budget.describe())
     for name, points in result.seams:
         if name == result.judgement.seam and len(points):
@@ -126,12 +129,6 @@ def _details(result: CalibrationResult) -> Table:
     table.add_row("correction x, y, z", f"{six.x_mm:.6f}, {six.y_mm:.6f}, {six.z_mm:.6f} mm")
     table.add_row("correction α, β, γ", f"{six.alpha_rad:.8f}, {six.beta_rad:.8f}, {six.gamma_rad:.8f} rad")
     return table
-
-
-def _evidence(found: StartsEvidence) -> str:
-    """Say how many starts agree: touches have no proof."""
-    rest = "no other optimum" if found.next_best_rms_mm is None else f"next best RMS {found.next_best_rms_mm:.4g} mm"
-    return f"{found.agreeing} of {found.starts}; {rest} (not proved)"
 
 
 def _motions(motions: Sequence[HeldMotion]) -> Table:

@@ -38,9 +38,8 @@ def test_help_and_ranges_stay() -> None:
 
 def read(*words: str) -> SeamOptions:
     found: list[SeamOptions] = []
-    command()(takes("value", SeamOptions)(lambda **given: found.append(given["value"]))).main(
-        list(words), standalone_mode=False
-    )
+    made = command()(takes("value", SeamOptions)(lambda **given: found.append(given["value"])))
+    made.main(list(words), standalone_mode=False)
     return found[0]
 
 

@@ -46,9 +46,7 @@ def test_every_word_of_every_cell_is_there(seed: int) -> None:
 
 
 def test_the_width_is_kept_where_the_words_allow_it() -> None:
-    table = Table()
-    for heading in ("seam", "joins", "length mm", "points", "gap mm", "sure", "95 % mm"):
-        table.add_column(heading)
+    table = Table("seam", "joins", "length mm", "points", "gap mm", "sure", "95 % mm")
     table.add_row("W1", "base plate + web", "150.000", "16", "0.000", "95%", "0.224")
     lines = printed(table, NARROW).splitlines()
     assert max(map(len, lines)) <= NARROW

@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import json
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from wpcal.planning.cell.cell import WORLD
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
+from wpcal.planning.sequence import roadmap
 from wpcal.planning.sequence.air_path import AirPlanner
 from wpcal.planning.sequence.motion_check import MotionChecker, _parted, motion_per_axis
 from wpcal.planning.sequence.sequence_input import read_sequence_input
@@ -41,6 +43,16 @@ def test_an_end_in_collision_is_one_line(cluttered):
     bad = q[~checker.clearance.margins(q).is_clear][0]
     with pytest.raises(GeometryError, match=r"the end of a move is in collision: .* miss their safety distance by"):
         AirPlanner(cell, checker).path(cell.home, bad)
+
+
+def test_a_place_that_is_shut_in_is_searched_once():
+    free = lambda a, b, **_: 1.0 * ((a[:, 0] > 0.0) == (b[:, 0] > 0.0))  # noqa: E731 - a wall at 0 of the first joint
+    q = np.array([[0.5, *[0.0] * 5], [0.6, *[0.0] * 5]])
+    found = roadmap.Roadmap(fixed_cell(), Mock(per_axis=np.full(6, 1000.0), free_shares=free), 0)
+    found._grow = grown = Mock(wraps=found._grow)
+    ways = found.way(q[0], -q[0]), found.way(q[1], -q[1])
+    assert (*ways, grown.call_count) == (None, None, roadmap.MOST_ROUNDS + roadmap.FEW_ROUNDS)
+    assert (found.is_shut_in(-q[1], q[0]), found.is_shut_in(q[1], q[0])) == (True, False)
 
 
 def test_no_body_moves_farther_than_the_bound(cluttered):

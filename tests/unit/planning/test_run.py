@@ -86,9 +86,8 @@ def test_a_lamp_behind_the_torch_shortens_the_approach(cell, simple_plan):
 def test_a_weld_that_is_not_free_stays_so(cell, simple_plan):
     place = cell.tool_places(simple_plan.q[40:41, :6])[0, :3, 3] + [0, 0, 60]
     blocked = replace(cell, bench=(*cell.bench, Shape("clamp", [place], [place], [25.0])))
-    assert (
-        build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked)).check.verdict is CollisionVerdict.NOT_FREE
-    )
+    run = build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked))
+    assert run.check.verdict is CollisionVerdict.NOT_FREE
 
 
 def test_the_tip_between_the_points_is_that_of_a_much_finer_path(cell, simple_plan, schedule, run):

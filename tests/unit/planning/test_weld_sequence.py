@@ -271,11 +271,10 @@ def test_a_part_that_is_too_high_is_lowered_as_far_as_nothing_is_below(given):
     cell, seams = fixed_cell((900.0, 0.0, 2000.0)), [each for each in given.seams if each.name == "W2"]
     options, targets = MapOptions(range_mm=100.0, step_mm=100.0), SequenceTargets()
     table = Shape("table", np.array([[900.0, 0.0, 1900.0]]), np.array([[1000.0, 0.0, 1900.0]]), np.array([40.0]))
-    over = dataclasses.replace(cell, bench=(table,))
-    found, above = (map_places(each, given.part, seams, targets, options) for each in (cell, over))
-    assert (found.now, found.best.share) == (0.0, 1.0)
+    cells = cell, dataclasses.replace(cell, bench=(table,))
+    found, above = (map_places(each, given.part, seams, targets, options) for each in cells)
+    assert (found.now, found.best.share, above.best.height_mm >= 0.0) == (0.0, 1.0, True)
     assert 2000.0 > found.best_at.t_mm[2] == 2000.0 + found.best.height_mm
-    assert above.best.height_mm >= 0.0
     check_record(json.loads(to_json(found.to_record("a cell"))))
 
 
@@ -303,15 +302,11 @@ def test_the_map_finds_a_place_for_a_part_out_of_reach(given):
     options = MapOptions(range_mm=1200.0, step_mm=300.0)
     found = map_places(cell, given.part, given.seams[:2], SequenceTargets(), options)
     assert found.now == 0.0
-    x, y, height, turn, share = found.best
-    assert (height, share) == (0.0, 1.0)
-    assert x <= -600.0
+    assert (found.best.height_mm, found.best.share) == (0.0, 1.0)
+    assert found.best.x_mm <= -600.0
     check_record(json.loads(to_json(found.to_record("a cell"))))
-    part = np.array([1900.0 + x, y, 200.0])
-    if turn == 0.0:
-        moved = fixed_cell(tuple(part))
-        plan = plan_sequence(moved, given.part, given.seams[:2], SequenceTargets())
-        assert plan.sequence.welded_mm > 0.0
+    moved = dataclasses.replace(cell, T_carrier_part=found.best_at)
+    assert plan_sequence(moved, given.part, given.seams[:2], SequenceTargets()).sequence.welded_mm > 0.0
     picture = place_svg(found)
     assert picture.count("<rect") == 1 + found.share.size
     coarse = MapOptions(moved=Moved.ROBOT, range_mm=1200.0, step_mm=600.0)

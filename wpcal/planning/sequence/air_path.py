@@ -76,6 +76,11 @@ class AirPlanner:
         ]
         return [np.zeros((0, len(home))) if way is None else self._fewest(way) for way in ways]
 
+    def shuts(self, q: FloatArray) -> bool:
+        """Tell whether a state, shape (k,), is shut in: a way between its surroundings and those of home was sought."""
+        own = self if self.closer is None or self._clear(q[None]).all() else self.closer
+        return own._roadmap.is_shut_in(q, self.cell.home)
+
     def _fewest(self, way: FloatArray) -> FloatArray:
         """Return the states of a free way that are needed: the first, and then always the farthest straight on."""
         pairs = np.array([(i, j) for i in range(len(way)) for j in range(i + 2, len(way))], dtype=int).reshape(-1, 2)

@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.same_bits import product
@@ -279,7 +280,7 @@ class _Work:
             if (stop, way) not in self.pieces:
                 found = self._piece(self.stretches[stop], way)
                 if isinstance(found, str):
-                    return (stop, way, stop, way), found
+                    return (stop, way, stop, way), f"no way along it is free: {found}"
                 self.pieces[stop, way] = found
         home = self.cell.home
         ends = [home, *(row for at in stops for row in (self.pieces[at].states[0], self.pieces[at].states[-1])), home]
@@ -288,8 +289,14 @@ class _Work:
             try:
                 self.air[key] = self.air.get(key) or self.planner.path(ends[2 * row], ends[2 * row + 1])
             except GeometryError as error:
-                return key, str(error)
+                return self._failed(key, ends[2 * row : 2 * row + 2], error)
         return None
+
+    def _failed(self, key: Move, ends: Sequence[FloatArray], error: GeometryError) -> tuple[Move, str]:
+        """Return a move that is not free, or the way of a stop that is shut in, and why."""
+        shut = [at for at, q in zip((key[:2], key[2:]), ends, strict=True) if self.planner.shuts(q)]
+        one, two = ("home" if stop < 0 else self.stretches[stop].name for stop in (key[0], key[2]))
+        return ((*shut[0], *shut[0]) if shut else key), f"no free way leads from {one} to {two}: {error}"
 
     def on(self, stretches: list[_Ways]) -> _Work:
         """Return new work on other stretches."""
@@ -330,7 +337,9 @@ def _worked_out(work: _Work, unwelded: list[Unwelded], order: Order, prefer: Seq
         order = _order(cell, stretches, targets, prefer, work.blocked)
         if len(work.blocked) > REORDERS or not math.isfinite(order.seconds):
             lost = Counter(at for move in work.blocked for at in (move[0], move[2]) if at >= 0).most_common(1)[0][0]
-            unwelded = [*unwelded, _left_out(stretches, lost, key, why)]
+            task = stretches[lost].candidates[0].task
+            ends = float(task.s_mm[0]), float(task.s_mm[-1])
+            unwelded = [*unwelded, Unwelded(task.name, *ends, why, is_searched=False)]
             stretches = [ways for stop, ways in enumerate(stretches) if stop != lost]
             if not stretches:
                 raise GeometryError(f"no seam can be welded: {unwelded[-1].describe()}")
@@ -346,11 +355,3 @@ def _worked_out(work: _Work, unwelded: list[Unwelded], order: Order, prefer: Seq
     n = len(chosen)
     alone = tuple(Way(there, back[::-1]) for there, back in zip(found[:n], found[n:], strict=True))
     return WeldSequence(cell, targets, tuple(chosen), air, tuple(unwelded), values, alone)
-
-
-def _left_out(stretches: Sequence[_Ways], lost: int, key: Move, why: str) -> Unwelded:
-    """Return a stretch that is left out, with the last move that is not free."""
-    one, two = ("home" if stop < 0 else stretches[stop].name for stop in (key[0], key[2]))
-    task = stretches[lost].candidates[0].task
-    what = "no way along it is free" if key[0] == key[2] else f"no free way leads from {one} to {two}"
-    return Unwelded(task.name, float(task.s_mm[0]), float(task.s_mm[-1]), f"{what}: {why}", is_searched=False)

@@ -26,6 +26,7 @@ BRANCHES = 16  #: Branches of each tree per round.
 LINKS = 1  #: Nearest states outside of its tree that a new state is linked to, if the way is free.
 FIRST_LINKS = 12  #: The same for the two ends of a question.
 MOST_ROUNDS = 150  #: Rounds before the search gives up.
+FEW_ROUNDS = 10  #: The same between two trees that an earlier question did not join: one of them is shut in.
 TRUST = 5.0
 """While the graph grows, bodies may move this much farther between measured states than is proved: the bound adds up
 the motion of all axes, so little is wrong. The moves of the way that is found are then proved one by one."""
@@ -45,6 +46,7 @@ class Roadmap:
         self._x = np.zeros((0, len(self.scale)))  # scaled states
         self._tree = np.zeros(0, dtype=np.int64)  # the same number for states that are joined
         self._moves: list[tuple[int, int]] = []
+        self._apart: list[tuple[int, int]] = []  # ends of questions without an answer
 
     def way(self, start: FloatArray, end: FloatArray) -> FloatArray | None:
         """Return a free way of straight moves, shape (m, k). None: none was found.
@@ -53,7 +55,7 @@ class Roadmap:
         """
         ends = [self._known(q * self.scale) for q in (start, end)]
         self._link(np.array(ends), FIRST_LINKS)
-        for _ in range(MOST_ROUNDS):
+        for _ in range(FEW_ROUNDS if self._is_apart(*ends) else MOST_ROUNDS):
             if self._tree[ends[0]] == self._tree[ends[1]]:
                 rows = self._shortest(*ends)
                 way = np.concatenate([start[None], self._x[rows[1:-1]] / self.scale, end[None]])
@@ -65,7 +67,16 @@ class Roadmap:
                 self._tree = connected_components(self._graph(), directed=False)[1].astype(np.int64)
             else:
                 self._grow(*ends)
+        self._apart.append((ends[0], ends[1]))
         return None
+
+    def is_shut_in(self, q: FloatArray, home: FloatArray) -> bool:
+        """Tell whether no way was found between the trees of two states, shape (k,) each: one of them is shut in."""
+        self._link(np.array(ends := [self._known(each * self.scale) for each in (q, home)]), FIRST_LINKS)
+        return self._is_apart(*ends)
+
+    def _is_apart(self, one: int, other: int) -> bool:
+        return {*self._tree[[one, other]].tolist()} in [{*self._tree[[*ends]].tolist()} for ends in self._apart]
 
     def _known(self, x: FloatArray) -> int:
         """Return the number of a state, which is added if it is new."""

@@ -201,20 +201,12 @@ def _rms(vectors: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
 
 
-def _as_scalar_first(R: FloatArray) -> FloatArray:
-    """Undo the reading of quaternions w, x, y, z as x, y, z, w."""
-    return rotation_from_quaternion(np.roll(quaternion_from_rotation(R), -1, axis=-1))
-
-
-def _as_radians(R: FloatArray) -> FloatArray:
-    """Undo the reading of angles in radians as degrees; such rotations are all below seven degrees."""
-    return rotation_from_zyx(*np.rad2deg(zyx_angles(R)).T)
-
-
 IN_RADIANS = "angles in radians, expected degrees"
 ORIENTATION_SLIPS: dict[str, Callable[[FloatArray], FloatArray]] = {
-    "quaternions in the order w, x, y, z; expected x, y, z, w": _as_scalar_first,
+    "quaternions in the order w, x, y, z; expected x, y, z, w": lambda R: rotation_from_quaternion(
+        np.roll(quaternion_from_rotation(R), -1, axis=-1)
+    ),
     "rotations from the base to the flange; expected the flange's orientation in the base": lambda R: R.swapaxes(1, 2),
-    IN_RADIANS: _as_radians,
+    IN_RADIANS: lambda R: rotation_from_zyx(*np.rad2deg(zyx_angles(R)).T),  # such rotations are below seven degrees
 }
 """Usual slips, and what undoes them."""

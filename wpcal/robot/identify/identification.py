@@ -161,6 +161,7 @@ def identify_arm(
     after = np.concatenate([task.errors(found.fit.model, rows) for found, rows in rounds])
     outliers = task.outliers(final, train, np.concatenate([rows for _, rows in rounds]) if o.folds is None else None)
     whole = predict_whole_range(nominal, final.nominal, final.fit)
+    doubts = ("the fit had not settled", not final.fit.converged), (whole.reason, not whole.is_better)
     steps = zip(final.fit.parameters, final.fit.steps, strict=True)
     changes = {each.name: (float(step), each.is_length) for each, step in steps if each.group is Group.LINK}
     return Identification(
@@ -176,7 +177,7 @@ def identify_arm(
         errors_before=before,
         errors_after=after,
         half_widths=task.half_widths(final, train),
-        verdict=judge(before, after, changes=changes, doubts=_doubts(final.fit, whole)),
+        verdict=judge(before, after, changes=changes, doubts=[why for why, is_so in doubts if is_so]),
         whole_range=whole,
         options=o,
         outliers=outliers,
@@ -321,12 +322,6 @@ def _unseen_tool_mm(fit: LeastSquaresFit, options: IdentifyOptions) -> float:
         for parameter in _unseen_of_last_link(fit, options)
     ]
     return float(ndtri(0.975) * np.sqrt(np.sum(np.square(sigmas))))
-
-
-def _doubts(fit: LeastSquaresFit, whole: WholeRange) -> list[str]:
-    """Return why the arm is not known to be better, whatever the test poses say."""
-    unsettled = [] if fit.converged else ["the fit had not settled"]
-    return unsettled if whole.is_better else [*unsettled, whole.reason]
 
 
 def _issues(fit: LeastSquaresFit, outliers: tuple[OutlierPose, ...], options: IdentifyOptions) -> tuple[Issue, ...]:
