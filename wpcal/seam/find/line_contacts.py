@@ -17,12 +17,12 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, IntArray
-from wpcal.seam.find.contact import EdgeContacts, candidate_pairs, find_edge_contacts
+from wpcal.seam.find.contact import EdgeContacts, find_edge_contacts
 from wpcal.seam.find.duplicates import COVER_SHARES, are_near, without_duplicates
 from wpcal.seam.find.joint import JoinedPieces, are_bevels, join_contacts
 from wpcal.seam.find.root_gaps import MOST_ROOT_MM, bevelled_faces
 from wpcal.seam.find.sides import find_sides, step_mm
-from wpcal.seam.find.wide_gaps import EVEN_SHARE, PLACES, is_filled
+from wpcal.seam.find.wide_gaps import EVEN_SHARE, PLACES, is_filled, pairs_over
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, NEAR_GAPS
 from wpcal.seam.pieces import sample_pieces, solids_of
 from wpcal.seam.seam import SeamPieces
@@ -54,7 +54,7 @@ def find_line_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
     edges, is_square = _sharp_edges(graph)
     between = np.isin(graph.edge_faces[edges], bevelled_faces(graph)).all(axis=1)
     edges, square = edges[~is_square | between], edges[is_square]
-    pairs = candidate_pairs(graph, trimmed, MOST_ROOT_MM, edges=edges)
+    pairs = pairs_over(graph, trimmed, MOST_ROOT_MM, edges)
     contacts = find_edge_contacts(graph, trimmed, gap_mm=MOST_ROOT_MM, pairs=pairs)
     known = _are_known(graph, contacts, found, NEAR_GAPS * MOST_ROOT_MM)
     contacts = _even(graph, trimmed, contacts.select(~known))

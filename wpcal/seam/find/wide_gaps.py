@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.brep.boxes import boxes_of_solids
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.material import ExactMaterial, find_solids_around
@@ -31,6 +32,7 @@ SAMPLES = np.linspace(0.0, 1.0, 65)
 """Points of what has been found: on a circle of 500 mm radius it is 0.6 mm from its chords."""
 
 SAME_WAY_COS = 0.9  #: Cosine between the directions of one gap (26 degrees).
+LEAST_GAPS = 4.0  #: A solid smaller than so many gaps in all directions has a gap to all that is near.
 DEPTHS = (1.0, 2.0, 4.0)  #: How many gaps deep another solid is looked for in a gap.
 
 
@@ -42,7 +44,7 @@ def find_wide_gaps(
     `gap_mm`: The gap with which contacts were found, mm.
     """
     wide_mm = max(WIDE_GAPS * gap_mm, *(one.most_mm for one in play), 0.0)
-    pairs = candidate_pairs(graph, trimmed, wide_mm)
+    pairs = pairs_over(graph, trimmed, wide_mm)
     parallel = _is_parallel(graph, trimmed, *pairs, gap_mm, wide_mm)
     contacts = find_edge_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][parallel], pairs[1][parallel]))
     least, mean, most = contacts.gap_mm.T
@@ -55,6 +57,17 @@ def find_wide_gaps(
     joined = joined.select(np.flatnonzero(~is_beside(graph, joined.pieces, found, NEAR_GAPS * wide_mm)))
     joined = joined.select(np.flatnonzero(~is_filled(graph, trimmed, joined.pieces)))
     return without_duplicates(graph, joined, gap_mm=float(joined.pieces.gap_mm.max(initial=0.0)))
+
+
+def pairs_over(
+    graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, edges: IntArray | None = None
+) -> tuple[IntArray, IntArray]:
+    """Return the `candidate_pairs` over a wide gap of edges, shape (n,); solids below `LEAST_GAPS` are left out."""
+    edge, face = candidate_pairs(graph, trimmed, gap_mm, edges=edges)
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    is_large = (high - low).max(axis=1) >= LEAST_GAPS * gap_mm
+    both = is_large[graph.edge_solid[edge]] & is_large[graph.face_solid[face]]
+    return edge[both], face[both]
 
 
 def _touches(graph: BrepGraph, edge: IntArray, face: IntArray) -> IntArray:
