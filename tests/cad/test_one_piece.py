@@ -144,8 +144,8 @@ def stepped() -> Any:
     return Box(300, 240, 31, align=LOW) - Pos(120, 0, 18.6) * step - Pos(0, 0, 31) * slot
 
 
-def small_tee(scale: float) -> Any:
-    return (Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, 4, 60, align=LOW)).scale(scale)
+def small_tee(scale: float, rib_mm: float = 4) -> Any:
+    return (Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, rib_mm, 60, align=LOW)).scale(scale)
 
 
 @pytest.mark.parametrize(
@@ -162,6 +162,7 @@ def small_tee(scale: float) -> Any:
         (stepped, "it is one plate with steps or pads: it looks milled or printed"),
         (lambda: small_tee(0.5), "it is 167 mm long with a wall of 2.0 mm: it looks moulded or printed"),
         (lambda: small_tee(0.7), None),
+        (lambda: small_tee(0.5, rib_mm=6), None),  # two thicknesses of stock
     ],
 )
 def test_what_looks_pressed_milled_or_printed_has_no_seam(made: Callable[[], Any], why: str | None) -> None:

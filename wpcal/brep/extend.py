@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,19 +32,16 @@ def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, I
     index = np.where(has_curve, np.cumsum(has_curve) - 1 + len(graph.nurbs_curves), -1)
     frames = np.array([edge.frame for edge in edges], dtype=np.float64).reshape(n, 4, 3)
     params = np.array([edge.param for edge in edges], dtype=np.float64).reshape(n, 2)
-    wider = replace(
-        graph,
+    wider = graph.with_columns(
         edge_kind=np.append(graph.edge_kind, [int(edge.kind) for edge in edges]).astype(np.int64),
         edge_frame=np.concatenate([graph.edge_frame, frames]),
         edge_param=np.concatenate([graph.edge_param, params]),
         edge_nurbs=np.append(graph.edge_nurbs, index).astype(np.int64),
         edge_range=np.concatenate([graph.edge_range, np.array([e.span for e in edges]).reshape(n, 2)]),
         edge_vertices=np.concatenate([graph.edge_vertices, np.full((n, 2), -1, dtype=np.int64)]),
-        nurbs_curves=(*graph.nurbs_curves, *curves),
         edge_ball_mm=np.append(graph.balls_mm, [edge.ball_mm for edge in edges]),
+        **({"nurbs_curves": (*graph.nurbs_curves, *curves)} if curves else {}),
     )
-    kept = {name: table for name, table in vars(graph).items() if name in ("nearest_on_nurbs", "nurbs_cells")}
-    vars(wider).update(kept)  # what was computed for the surfaces
     return wider, np.arange(graph.edge_count, graph.edge_count + n)
 
 

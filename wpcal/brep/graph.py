@@ -7,9 +7,10 @@ closes a face onto itself (the generatrix where a cylinder begins and ends): two
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -81,6 +82,13 @@ class BrepGraph:
         """The radius of the ball in the mouth of each edge's groove, mm, shape (E,); 0 where there is no groove."""
         return np.zeros(self.edge_count) if self.edge_ball_mm is None else self.edge_ball_mm
 
+    def with_columns(self, **columns: Any) -> BrepGraph:
+        """Return the graph with other columns, and with what was computed for free-form shapes that stay."""
+        other = replace(self, **columns)
+        stays = {name: vars(self)[name] for name, of in TABLES.items() if name in vars(self) and of not in columns}
+        vars(other).update(stays)
+        return other
+
     @property
     def face_count(self) -> int:
         """Number of faces."""
@@ -146,3 +154,7 @@ class BrepGraph:
         if len(self.vertex_p) == 0:
             return 0.0
         return float(np.linalg.norm(self.vertex_p.max(axis=0) - self.vertex_p.min(axis=0)))
+
+
+TABLES = {"curve_set": "nurbs_curves", "nearest_on_nurbs": "nurbs_surfaces", "nurbs_cells": "nurbs_surfaces"}
+"""What is computed for free-form shapes, and the column that it depends on."""

@@ -36,10 +36,11 @@ def graph_bytes(graph: BrepGraph) -> bytes:
         "format": np.array(FORMAT),
         "solid_names": np.array(graph.solid_names, dtype=np.str_),
         **{name: getattr(graph, name) for name in COLUMNS},
-        **_fact_arrays(graph.solid_facts),
         **_curve_arrays(graph.nurbs_curves),
         **_surface_arrays(graph.nurbs_surfaces),
     }
+    if graph.solid_facts:  # as one text: older files do not have it
+        arrays["solid_facts"] = np.array(json.dumps([asdict(one) for one in graph.solid_facts]))
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         for name, array in arrays.items():
@@ -74,11 +75,6 @@ def read_graph(path: Path) -> BrepGraph:
         )
     except KeyError as error:
         raise FormatError(f"the array {error} is missing from the graph", path=str(path)) from None
-
-
-def _fact_arrays(facts: Sequence[SolidFacts]) -> dict[str, Any]:
-    """Return the facts as one text: an array that older files do not have, and a part without facts neither."""
-    return {"solid_facts": np.array(json.dumps([asdict(one) for one in facts]))} if facts else {}
 
 
 def _facts(arrays: dict[str, Any], *, path: str) -> tuple[SolidFacts, ...]:

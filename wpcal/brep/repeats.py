@@ -203,17 +203,15 @@ class Firsts:
             f"edge_{name}": getattr(whole, f"edge_{name}")[keeps_edge]
             for name in ("kind", "frame", "param", "range", "vertices", "nurbs")
         }
-        graph = replace(
-            whole,
+        if whole.nurbs_surfaces:
+            _ = whole.nurbs_cells  # computed once, for both
+        graph = whole.with_columns(
             **columns,
             coedge_face=_renumbered(keeps_face)[whole.coedge_face[keeps_coedge]],
             coedge_edge=_renumbered(keeps_edge)[whole.coedge_edge[keeps_coedge]],
             coedge_forward=whole.coedge_forward[keeps_coedge],
             edge_ball_mm=None if whole.edge_ball_mm is None else whole.edge_ball_mm[keeps_edge],
         )
-        tables = ("curve_set",) * bool(whole.nurbs_curves)
-        tables += ("nearest_on_nurbs", "nurbs_cells") * bool(whole.nurbs_surfaces)
-        vars(graph).update({name: getattr(whole, name) for name in tables})
         return cls(graph, np.flatnonzero(keeps_face), np.flatnonzero(keeps_edge))
 
 

@@ -45,7 +45,7 @@ class Strips:
         face = np.repeat(np.arange(len(turns)), np.diff(start))
         strips = np.clip(np.diff(start) // PIECES, 1, MOST_STRIPS)
         first = np.concatenate([[0], np.cumsum(strips)])
-        run = np.where(turns[face], _between(end - begin), end - begin)
+        run = np.where(turns[face], wrap_angle(end - begin), end - begin)
         at = _from(low, turns, face, begin)
         share = strips[face] / width[face]
         least, most = (
@@ -121,6 +121,6 @@ def _from(low: FloatArray, turns: BoolArray, faces: IntArray, u: FloatArray) -> 
     return np.where(turns[faces], off - 2.0 * np.pi * np.floor(off / (2.0 * np.pi)), off)
 
 
-def _between(angle: FloatArray) -> FloatArray:
-    """Return angles the shorter way, rad."""
-    return np.asarray(angle - 2.0 * np.pi * np.floor(angle / (2.0 * np.pi) + 0.5), dtype=np.float64)
+def wrap_angle(angle: FloatArray) -> FloatArray:
+    """Return angles of any shape in [-pi, pi), rad."""
+    return np.asarray(angle - 2 * np.pi * np.floor(angle / (2 * np.pi) + 0.5), dtype=np.float64)  # mod is slower

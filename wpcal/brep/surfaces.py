@@ -32,6 +32,11 @@ def off_axis(points: FloatArray, o: FloatArray, z: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1), dtype=np.float64)
 
 
+def part_across(vectors: FloatArray, ways: FloatArray) -> FloatArray:
+    """Return the part of vectors, shape (n, 3), across unit vectors of that shape."""
+    return np.asarray(vectors - np.einsum("ki,ki->k", vectors, ways)[:, None] * ways, dtype=np.float64)
+
+
 def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> Foot:
     """Find the nearest point of each face's whole surface to a point.
 

@@ -18,7 +18,7 @@ from wpcal.brep.boundaries import sample_boundaries
 from wpcal.brep.boxes import FAR_MM, BoxTree
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.patch_boxes import PatchBoxes, patch_corners, ring_boxes, widest_gaps
-from wpcal.brep.strips import Strips, items_in_chunks
+from wpcal.brep.strips import Strips, items_in_chunks, wrap_angle
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 PERIODIC_U = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS)
@@ -336,11 +336,6 @@ def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray, aw
         hit = hit[np.lexsort((beside if above else -beside, row[hit]))]
         nearest = hit[np.flatnonzero(np.diff(row[hit], prepend=-1))]
         inside[row[nearest]] = (run[nearest] < 0) == above
-
-
-def wrap_angle(angle: FloatArray) -> FloatArray:
-    """Return angles of any shape in [-pi, pi), rad."""
-    return np.asarray(angle - 2 * np.pi * np.floor(angle / (2 * np.pi) + 0.5), dtype=np.float64)  # mod is slower
 
 
 def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:

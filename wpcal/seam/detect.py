@@ -120,14 +120,9 @@ def find_seam_candidates(
         found = [s for s in found if s.source.is_chosen or not np.isin(s.pieces.edge, marked.edge).all()]
     if is_search and options.gap_mm is None:
         found = _with_wide_gaps(graph, trimmed, joined, found, options)
-    found = [s for s in found if s.source.is_chosen or _count(graph, trimmed, s.pieces).all()]
+    found = [s for s in found if s.source.is_chosen or count_solids(graph, trimmed, solids_of(graph, s.pieces)).all()]
     found = as_drawn(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], drawn)
     return cut_at_material(graph, trimmed, found, options)
-
-
-def _count(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolArray:
-    """Tell which pieces are between solids that count: no other solid fills their room."""
-    return np.asarray(count_solids(graph, trimmed, solids_of(graph, pieces)).all(axis=1), dtype=bool)
 
 
 def judge_candidates(
@@ -157,14 +152,14 @@ def _with_wide_gaps(
     graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, found: list[Seam], options: SeamOptions
 ) -> list[Seam]:
     """Add the seams at constant gaps above the usual one, beside which nothing else is, and at root gaps."""
+    gap_mm = options.gap_for(graph)
     for times in (1.0, WIDE_GAPS):  # up to twice the usual gap, then up to twice that
         known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
-        gap_mm = times * options.gap_for(graph)
-        wide = find_wide_gaps(graph, trimmed, known, gap_mm=gap_mm, play=options.play or ())
+        wide = find_wide_gaps(graph, trimmed, known, gap_mm=times * gap_mm, play=options.play or ())
         found = [*found, *build_seams(graph, wide, options, SeamSource.CONTACT)]
     known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
-    roots = find_root_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
-    lines = find_line_gaps(graph, trimmed, SeamPieces.joined([known, roots.pieces]), gap_mm=options.gap_for(graph))
+    roots = find_root_gaps(graph, trimmed, known, gap_mm=gap_mm)
+    lines = find_line_gaps(graph, trimmed, SeamPieces.joined([known, roots.pieces]), gap_mm=gap_mm)
     return [*found, *(seam for own in (roots, lines) for seam in build_seams(graph, own, options, SeamSource.CONTACT))]
 
 

@@ -1,8 +1,10 @@
 """`part.glb`: what was written comes back, the container is glTF's, and a broken file is refused."""
 
 import json
+import shutil
 import struct
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from hypothesis import strategies as st
 
 from wpcal.brep.mesh import PartMesh, SolidMesh, vertex_normals
 from wpcal.brep.mesh_glb import STEPS, STEPS_PER_DEFLECTION, read_part_glb, write_part_glb
+from wpcal.brep.moved_mesh import moved_glb, read_moved_glb
 from wpcal.core.errors import FormatError
 
 HALF_STEP = 0.5001  #: Of a solid's own grid: rounding to the nearest step, and round-off.
@@ -112,3 +115,33 @@ def test_a_broken_file_is_refused_by_name(broken: Any) -> None:
     data = write_part_glb(PartMesh((box("a", (1.0, 1.0, 1.0)),), 0.1, 0.35))
     with pytest.raises(FormatError, match=r"some\.glb"):
         read_part_glb(broken(data), path="some.glb")
+
+
+GOLDEN = Path(__file__).parents[3] / "fixtures" / "uprights" / "golden"
+STEP_MM = 0.01  #: Larger than the step of the coordinates in the file.
+
+
+def test_every_solid_is_where_its_body_is() -> None:
+    data = (GOLDEN / "part.glb").read_bytes()
+    calibration = json.loads((GOLDEN / "calibration.json").read_text())
+    motion = {body["name"]: np.array(body["T_part_moved"]) for body in calibration["bodies"]["bodies"]}
+    model, moved = read_part_glb(data), read_part_glb(moved_glb(data, calibration))
+    assert moved.sha256 == model.sha256
+    for old, new in zip(model.solids, moved.solids, strict=True):
+        T = motion[old.name]
+        np.testing.assert_allclose(new.points, old.points @ T[:3, :3].T + T[:3, 3], rtol=0, atol=STEP_MM)
+        assert new.color_rgb == old.color_rgb
+        assert len(new.triangles) == len(old.triangles)
+    assert max(np.abs(new.points - old.points).max() for old, new in zip(model.solids, moved.solids, strict=True)) > 0.2
+
+
+def test_a_rigid_part_stays_as_it_is() -> None:
+    data = (GOLDEN / "part.glb").read_bytes()
+    assert moved_glb(data, {"schema": "wpcal/calibration/1"}) is data
+
+
+def test_triangles_without_a_calibration_beside_them_stay(tmp_path: Path) -> None:
+    shutil.copy(GOLDEN / "part.glb", tmp_path)
+    assert read_moved_glb(tmp_path / "part.glb") == (GOLDEN / "part.glb").read_bytes()
+    shutil.copy(GOLDEN / "calibration.json", tmp_path)
+    assert read_moved_glb(tmp_path / "part.glb") != (GOLDEN / "part.glb").read_bytes()

@@ -1,9 +1,10 @@
-"""Rays searched in groups meet the same faces at the same places as rays searched one by one."""
+"""The box tree and rays in groups find what comparing everything with everything finds."""
 
 import numpy as np
 import pytest
 
 from tests.saved_graphs import saved_graph
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.hits import find_hits
 from wpcal.brep.near_groups import NearBundles, find_hits_near, find_near_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
@@ -47,3 +48,28 @@ def test_a_group_starts_with_each_owner_and_after_each_turn() -> None:
     way = np.array([[1.0, 0, 0]] * 5 + [[0, 1.0, 0]] * 5)
     assert first_of_groups(np.array([0] * 3 + [1] * 7), way).tolist() == [0, 3, 5]
     assert first_of_groups(np.zeros(20, dtype=int), np.tile([1.0, 0, 0], (20, 1))).tolist() == [0, 8, 16]
+
+
+def random_boxes(rng: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray]:
+    """Boxes from 1 to 1000 mm: long rails beside bolts."""
+    low = rng.uniform(0.0, 1000.0, (count, 3))
+    return low, low + 10.0 ** rng.uniform(0.0, 3.0, (count, 3))
+
+
+@pytest.mark.parametrize("count", [0, 1, 8, 9, 700])
+def test_pairs_are_those_of_brute_force(count: int) -> None:
+    rng = np.random.default_rng(count)
+    low, high = random_boxes(rng, count)
+    query_low, query_high = random_boxes(rng, 300)
+    query, box = BoxTree.of(low, high).meeting(query_low, query_high)
+    lap = ((query_low[:, None] <= high[None]) & (query_high[:, None] >= low[None])).all(axis=2)
+    expected = np.nonzero(lap)
+    np.testing.assert_array_equal(query, expected[0])
+    np.testing.assert_array_equal(box, expected[1])
+
+
+def test_boxes_that_touch_meet_and_empty_ones_never() -> None:
+    low = np.array([[0.0, 0, 0], [np.inf] * 3, [2, 0, 0]])
+    high = np.array([[1.0, 1, 1], [-np.inf] * 3, [3, 1, 1]])
+    query, box = BoxTree.of(low, high).meeting(np.array([[1.0, 1, 1]]), np.array([[2.0, 2, 2]]))
+    assert (query.tolist(), box.tolist()) == ([0, 0], [0, 2])

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from tests.saved_graphs import saved_graph, saved_seams
+from wpcal.brep.extend import add_edges, line
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.pages.draw.seam import SEAM, explained_svg
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.explain import explain_seam
+from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.limits import Level
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging
@@ -73,3 +75,18 @@ def test_the_picture_holds_the_seam_inside_its_frame(seams: tuple[Seam, ...]) ->
     assert len(points) == len(seam.frames)
     assert (points >= 0).all()
     assert (points <= [900, 640]).all()
+
+
+def test_a_wire_without_a_face_says_so() -> None:
+    wires = [
+        line(np.array([0.0, 0, 50]), np.array([30.0, 0, 50])),
+        line(np.array([80.0, 0, 0]), np.array([80.0, 0, 9])),
+    ]
+    wider, edges = add_edges(saved_graph("plain-block"), wires)
+    seams = detect_seams(wider, marked=MarkedEdges(edges, ("a", "b")))
+    assert [seam.solids for seam in seams] == [(), ()]
+    assert all("no face beside it: z is up in part coordinates" in seam.reasons for seam in seams)
+    for seam, z in zip(seams, ([0, 0, 1], [1, 0, 0]), strict=True):
+        np.testing.assert_allclose(
+            seam.frames.R[:, :, 2], np.broadcast_to(z, (len(seam.frames), 3)), rtol=0, atol=1e-12
+        )

@@ -1,9 +1,11 @@
-"""What names say about solids, in several languages: words, standards, designations, and what a thing is only for."""
+"""What names say about solids, in several languages, and names of seams as they are typed: single ones and ranges."""
 
 import pytest
 
+from wpcal.core.errors import InputError
 from wpcal.seam.member.names import read_material, read_name
 from wpcal.seam.member.words import Kind
+from wpcal.seam.names import seams_named, split_names
 
 FASTENERS = (
     "Hex Nut M10 · bolt_3 · Fastener_HexNut_2 · DIN 934 - M8 · DIN125-A 8.4 · ISO 4762 M6x20 · "
@@ -70,3 +72,39 @@ def test_materials_as_files_write_them(text: str, kind: Kind) -> None:
 @pytest.mark.parametrize("text", ["Generic", "Material <not specified>", "AMS 4928", ""])
 def test_unknown_materials_say_nothing(text: str) -> None:
     assert read_material(text) is None
+
+
+KNOWN = ("W1", "W2", "W5", "W6a", "W6b", "W7", "W10", "rib-2", "Rib", "rib")
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("W2,W1", ["W2", "W1"]),
+        ("W5-W7", ["W5", "W6a", "W6b", "W7"]),
+        ("w5 - 7", ["W5", "W6a", "W6b", "W7"]),
+        ("W1-W10, W2", ["W1", "W2", "W5", "W6a", "W6b", "W7", "W10"]),
+        ("rib-2", ["rib-2"]),
+        ("rib,RIB-2", ["rib", "rib-2"]),
+        ("W6-W6", ["W6a", "W6b"]),
+        ("", []),
+    ],
+)
+def test_names_and_ranges(typed: str, meant: list[str]) -> None:
+    assert list(seams_named(split_names(typed), KNOWN)) == meant
+
+
+@pytest.mark.parametrize(
+    ("typed", "says"),
+    [
+        ("W9", "unknown seam W9; there are W1, W2"),
+        ("W1-W9", "unknown seam W1-W9"),
+        ("W7-W5", "W7-W5: the range runs backwards"),
+        ("W6", "unknown seam W6; .*near: W6b, W6a"),
+        ("RIB", "unknown seam RIB"),
+        ("V1-V2", "unknown seam V1-V2"),
+    ],
+)
+def test_what_is_no_seam_is_told(typed: str, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        seams_named(split_names(typed), KNOWN)

@@ -11,12 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from wpcal.brep.curves import evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.concavity import corner_turns, inner_edges
+from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import find_hits
-from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.find.built_up import SKIN_MM, sampled_surface
 from wpcal.seam.find.strips import LEAST_CORNER_COS, WIDEST_MM
 from wpcal.seam.seam import Seam, SeamSource
@@ -77,17 +76,9 @@ def _with_toes(graph: BrepGraph) -> IntArray:
     """Return the solids of few faces with at least two sharp edges, as the toes of a bead are."""
     faces = np.bincount(graph.face_solid, minlength=len(graph.solid_names))
     few = (faces >= FEWEST_FACES) & (faces <= MOST_FACES)
-    edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
-    edges = edges[(graph.edge_kind[edges] != CurveKind.DEGENERATE) & few[graph.edge_solid[edges]]]
-    sharp = edges[_cosines(graph, edges) < TOE_COS]
+    edges = inner_edges(graph, few)
+    sharp = edges[corner_turns(graph, edges)[1] < TOE_COS]
     return np.flatnonzero(np.bincount(graph.edge_solid[sharp], minlength=len(faces)) >= 2)
-
-
-def _cosines(graph: BrepGraph, edges: IntArray) -> FloatArray:
-    """Return the cosines between the outward normals of both faces at the middles of edges, shape (m,)."""
-    p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
-    left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
-    return np.asarray(np.einsum("ki,ki->k", left, right))
 
 
 def _is_bead(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
@@ -109,5 +100,5 @@ def _is_bead(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
 def _has_root(graph: BrepGraph, legs: IntArray) -> bool:
     """Tell whether two faces on members meet at an edge, at an angle."""
     edges = np.flatnonzero(np.isin(graph.edge_faces, legs).all(axis=1) & ~graph.is_seam_edge)
-    cos = _cosines(graph, edges)
+    cos = corner_turns(graph, edges)[1]
     return bool(((cos > SHARPEST_COS) & (cos < LEAST_CORNER_COS)).any())

@@ -43,7 +43,8 @@ ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
 TURNED_SIN, TURNED_MM = 1e-6, 1e-3  #: Faces are round about one axis if their axes agree within this.
 
 
-def is_turned(graph: BrepGraph, solid: int) -> bool:
+@once_per_solid
+def is_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bool:
     """Tell whether all faces of a solid are round about one axis: planes across it, cylinders, cones, tori about it."""
     return bool(are_round(graph, np.flatnonzero(graph.face_solid == solid)).all())
 

@@ -107,12 +107,8 @@ def _longest_free(whole: Interval, taken: list[Interval]) -> Interval:
     """Return the longest part of an interval that no other covers; its length is zero if all is covered."""
     low, high = whole
     cuts = sorted({low, high, *(t for interval in taken for t in interval if low < t < high)})
-    parts = [(a, b) for a, b in pairwise(cuts) if not _is_covered((a + b) / 2, taken)]
+    parts = [(a, b) for a, b in pairwise(cuts) if not any(one <= (a + b) / 2 <= other for one, other in taken)]
     return max(parts, key=lambda part: part[1] - part[0], default=(low, low))
-
-
-def _is_covered(t: float, taken: list[Interval]) -> bool:
-    return any(low <= t <= high for low, high in taken)
 
 
 def _ranks(graph: BrepGraph, joined: JoinedPieces, *, by_length: bool) -> IntArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.strips import items_of
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import part_across, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
@@ -79,8 +79,7 @@ def _between_planes(graph: BrepGraph, first: IntArray, second: IntArray) -> Floa
 def _between_cylinders(graph: BrepGraph, first: IntArray, second: IntArray) -> FloatArray:
     """Return how much wider the hole is than the cylinder in it, mm on the radius; -1 if they are not coaxial."""
     o, axis = graph.face_frame[first, 0], graph.face_frame[first, 3]
-    arm = graph.face_frame[second, 0] - o
-    off = np.linalg.norm(arm - np.einsum("ki,ki->k", arm, axis)[:, None] * axis, axis=1)
+    off = np.linalg.norm(part_across(graph.face_frame[second, 0] - o, axis), axis=1)
     wider = (graph.face_param[second, 0] - graph.face_param[first, 0]) * graph.face_outward[first]
     return np.where(off <= FLUSH_MM, wider, -1.0)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.graph import CurveKind
 from wpcal.brep.nearest_on_edges import project_to_edges
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
@@ -54,7 +54,7 @@ def exact_ends(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: Fl
         outward = np.cross(project_to_faces(graph, face, foot).normal, tangent)
         return np.asarray(np.einsum("ki,ki->k", foot - p, outward), dtype=np.float64)
 
-    per_mm = 1.0 / _speeds(graph, own)
+    per_mm = 1.0 / np.where(own.is_ring(graph), graph.face_param[own.pipe, 0], 1.0)  # a place on a torus is an angle
     a, b = s[rows], s[rows] + FIRST_STEP_MM * per_mm
     ha, hb = beyond(a), beyond(b)
     for _ in range(SECANTS):
@@ -66,11 +66,6 @@ def exact_ends(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: Fl
     ends = s.copy()
     ends[rows[good]] = b[good]
     return ends
-
-
-def _speeds(graph: BrepGraph, pairs: FacePairs) -> FloatArray:
-    """Return how long a groove is per unit of the place along it, roughly, mm."""
-    return np.where(pairs.is_ring(graph), graph.face_param[pairs.pipe, 0], 1.0)
 
 
 def _feet(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: FloatArray) -> tuple[FloatArray, FloatArray]:

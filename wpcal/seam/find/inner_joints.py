@@ -13,7 +13,7 @@ import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.surfaces import project_to_faces, unit
+from wpcal.brep.surfaces import part_across, project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.built_up import way_out
@@ -51,7 +51,7 @@ def _words(
 ) -> list[JointType]:
     """Return the word for each joint if the member with the first normal stands on the other one."""
     graph = trimmed.graph
-    behind, up = _across(-n_member, n_base), _across(n_base, n_member)
+    behind, up = unit(part_across(-n_member, n_base)), unit(part_across(n_base, n_member))
     inside = p + SKIN_MM * (behind + up)
     through = way_out(graph, trimmed, solid, inside, behind)[0]
     along = sum(way_out(graph, trimmed, solid, inside, way)[0] for way in (x, -x))
@@ -72,8 +72,3 @@ def _words(
         )
         words.append(view.words[0] if is_known else JointType.UNKNOWN)
     return words
-
-
-def _across(vector: FloatArray, normal: FloatArray) -> FloatArray:
-    """Return the part of vectors across unit normals, of unit length; zero where there is none."""
-    return unit(vector - np.einsum("ki,ki->k", vector, normal)[:, None] * normal)

@@ -15,7 +15,7 @@ import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.surfaces import project_to_faces, unit
+from wpcal.brep.surfaces import part_across, project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.core.last_held import last_held
@@ -102,9 +102,7 @@ def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
 
     `normal`, `slope`: shape (m, 3). Normals of a face, and directions of the edge.
     """
-    x = unit(slope)
-    across = normal - np.einsum("ki,ki->k", normal, x)[:, None] * x
-    return sign * unit(across)
+    return sign * unit(part_across(normal, unit(slope)))
 
 
 def stations_of(graph: BrepGraph, contacts: EdgeContacts) -> tuple[IntArray, FloatArray]:
@@ -207,7 +205,7 @@ def _base(
 ) -> tuple[IntArray, FloatArray, BoolArray]:
     """Return the face that the weld is laid on, its normal, and whether it continues beyond the wall."""
     graph = trimmed.graph
-    out = n_wall - np.einsum("ki,ki->k", n_wall, n_face)[:, None] * n_face
+    out = part_across(n_wall, n_face)
     continues = is_on(graph, trimmed, face, p + ledge_mm * unit(out))
     base, normal = face.copy(), n_face.copy()
     rows = np.flatnonzero(~continues)

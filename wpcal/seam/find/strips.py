@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wpcal.brep.concavity import LEAST_TURN_SIN, inner_edges
+from wpcal.brep.concavity import LEAST_TURN_SIN, corner_turns, inner_edges
 from wpcal.brep.curves import edge_lengths, evaluate_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
@@ -64,13 +64,9 @@ def find_strips(
     `solids`: shape (S,). Only these solids are searched; by default all.
     """
     edges = inner_edges(graph, solids)
-    p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
-    left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
-    turn = np.cross(left, right)
-    smooth = np.linalg.norm(turn, axis=1) < LEAST_TURN_SIN
-    hollow = ~smooth & (np.einsum("ki,ki->k", turn, slope) < 0.0)
-    rounds = _between_two(graph, edges[smooth], min_length_mm)
-    beads = _between_two(graph, edges[hollow], min_length_mm, is_bead=True)
+    sine = corner_turns(graph, edges)[0]
+    rounds = _between_two(graph, edges[np.abs(sine) < LEAST_TURN_SIN], min_length_mm)
+    beads = _between_two(graph, edges[sine <= -LEAST_TURN_SIN], min_length_mm, is_bead=True)
     corners = _Corners.of(graph, [*rounds, *beads])
     kept, width = corners.are_strips() & corners.have_material(trimmed), np.linalg.norm(corners.q - corners.p, axis=1)
     found = [replace(corners.strips[row], width_mm=float(width[row])) for row in np.flatnonzero(kept).tolist()]

@@ -63,8 +63,6 @@ def _axes(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> tuple[Int
             off = off_axis(o, o[row], z[row])
             same = (np.linalg.norm(np.cross(z, z[row]), axis=1) <= SAME_SIN) & (off <= SAME_MM) & (axis < 0)
             axis[same] = row
-        first = int(axis[row])
-        border = trimmed.p0[trimmed.start[faces[row]] : trimmed.start[faces[row] + 1]]
-        along = (border - o[first]) @ z[first]
+        along = trimmed.heights(int(faces[row]), z[axis[row]])
         low[row], high[row] = (along.min(), along.max()) if len(along) else (0.0, 0.0)
     return axis, low, high

@@ -36,7 +36,7 @@ class _RoundFace(NamedTuple):
 
 def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
     """Tell whether a ring fills the bore of another one, and both end on both sides; largest play in mm."""
-    if not (is_turned(graph, ring) and is_turned(graph, other)):
+    if not (is_turned(graph, trimmed, ring) and is_turned(graph, trimmed, other)):
         return False
     sides = [[_about(graph, trimmed, ring, solid, way, round_=False) for way in (-1, 1)] for solid in (ring, other)]
     if not all(map(all, sides)):
@@ -49,7 +49,7 @@ def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: i
 
 def is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
     """Tell whether a thin ring lies flat on another solid, inside a circle of its bolt holes; largest gap in mm."""
-    if not is_turned(graph, ring):
+    if not is_turned(graph, trimmed, ring):
         return False
     o, z = _axis(graph, ring)
     bore, outside = (_about(graph, trimmed, ring, ring, way) for way in (-1, 1))
@@ -69,7 +69,7 @@ def is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, ga
 
 def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
     """Tell whether a solid holds a ring between two shoulders: round its bore, or in a groove; largest play in mm."""
-    if not is_turned(graph, ring):
+    if not is_turned(graph, trimmed, ring):
         return False
     for outward in (-1, 1):  # the bore of the ring on a seat, or its outside in a groove
         held = _about(graph, trimmed, ring, other, -outward)

@@ -14,6 +14,7 @@ from enum import Enum
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
+from wpcal.brep.strips import wrap_angle
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.ladder import cheapest_way
@@ -24,7 +25,7 @@ from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.alike import find_alike
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.torch_neck import bend_directions, spin_of_bend, torch_axes
-from wpcal.seam.judge.torch_poses import FeltPoses, find_solids_beside_neck, find_solids_met, turned
+from wpcal.seam.judge.torch_poses import FeltPoses, find_solids_beside_neck, find_solids_met
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import Seam
 
@@ -288,7 +289,7 @@ def _chosen(steps: _Steps, free: BoolArray, is_open: BoolArray) -> IntArray:
     chosen = np.where(free.any(axis=1), 0, -1)
     rad, spin = steps.lean, steps.spin
     size = np.abs(rad).sum(axis=1) + SPIN_SHARE * np.abs(spin)
-    change = np.abs(rad[:, None] - rad).sum(axis=2) + np.abs(turned(spin[:, None] - spin))
+    change = np.abs(rad[:, None] - rad).sum(axis=2) + np.abs(wrap_angle(spin[:, None] - spin))
     for run in steps.runs(free, is_open):
 
         def step(i: int, now: IntArray, before: IntArray, run: IntArray = run) -> FloatArray:
@@ -403,15 +404,15 @@ class _Steps:
     def _needs_mm(self, one: IntArray, other: IntArray) -> FloatArray:
         """Return how much of a seam changes of pose need, shape (n,), mm."""
         lean = np.linalg.norm(self.lean[other] - self.lean[one], axis=-1)
-        turn = lean + np.abs(turned(self.spin[other] - self.spin[one]))
+        turn = lean + np.abs(wrap_angle(self.spin[other] - self.spin[one]))
         return np.asarray(turn / self.leans.rate_rad_mm - ROUND_OFF_MM)
 
     def _poses_between(self, one: int, other: int, share: FloatArray) -> IntArray:
         """Return the numbers of new poses at shares of the change from a pose to another, with both."""
         first = len(self.spin)
         lean = self.lean[one] + share[:, None] * (self.lean[other] - self.lean[one])
-        spin = self.spin[one] + share * turned(self.spin[other] - self.spin[one])
-        self.lean, self.spin = np.concatenate([self.lean, lean]), np.concatenate([self.spin, turned(spin)])
+        spin = self.spin[one] + share * wrap_angle(self.spin[other] - self.spin[one])
+        self.lean, self.spin = np.concatenate([self.lean, lean]), np.concatenate([self.spin, wrap_angle(spin)])
         return np.array([one, *range(first, len(self.spin)), other])
 
     def _are_free_ways(self, ways: Sequence[tuple[IntArray, IntArray]]) -> list[bool]:

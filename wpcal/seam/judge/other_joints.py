@@ -36,7 +36,8 @@ Doubted = dict[tuple[str, str], list[str]]
 
 def doubt_what_fixes_bolts(judge: Judge, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[Seam]:
     """Return the seams of a part, those that would fix what bolts hold with a finding."""
-    bolted = {pair for seam in seams if any(one.rule in CLAMPED for one in seam.findings) for pair in [_pair(seam)]}
+    clamped = (seam.solids for seam in seams if any(one.rule in CLAMPED for one in seam.findings))
+    bolted = {(min(solids), max(solids)) for solids in clamped}
     lengths: Lengths = defaultdict(lambda: defaultdict(float))
     for seam in seams:
         if seam.accepted and len(seam.solids) == 2 and not seam.source.is_chosen:
@@ -49,10 +50,6 @@ def doubt_what_fixes_bolts(judge: Judge, trimmed: TrimmedFaces, seams: Sequence[
             for pair, holder in _doubted(judge, lengths, a, b):
                 doubted[pair].append(holder)
     return [_with_doubt(judge, trimmed, seam, doubted) for seam in seams]
-
-
-def _pair(seam: Seam) -> tuple[str, str]:
-    return min(seam.solids), max(seam.solids)
 
 
 def _doubted(judge: Judge, lengths: Lengths, a: str, b: str) -> list[tuple[tuple[str, str], str]]:

@@ -31,7 +31,7 @@ LENGTH_MM = 0.1  #: Bodies whose radius, and whose length, differ by less are eq
 def find_rolling(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dict[int, str]:
     """Find the solids that roll or lie loose. What each of them is taken for, in words, by number of the solid."""
     touches = _line_touches(graph, trimmed, gap_mm)
-    round_ = {solid: axis for solid in touches if (axis := _axis(graph, solid)) is not None}
+    round_ = {solid: axis for solid in touches if (axis := _axis(graph, trimmed, solid)) is not None}
     found = {solid: "turns on a shaft" for solid in round_ if _has_shaft(graph, trimmed, solid, round_[solid])}
     for group in _equal(graph, trimmed, round_):
         loose = [solid for solid in group if not _has_end_contact(graph, trimmed, solid, gap_mm)]
@@ -49,7 +49,7 @@ def has_round_tread(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool
     kind, out = graph.face_kind[faces], graph.face_outward[faces]
     tread = faces[(kind == SurfaceKind.TORUS) & (out > 0)]
     has_bore = bool(((kind == SurfaceKind.CYLINDER) & (out < 0)).any())
-    if len(tread) == 0 or not has_bore or not (kind == SurfaceKind.PLANE).any() or not is_turned(graph, solid):
+    if len(tread) == 0 or not has_bore or not (kind == SurfaceKind.PLANE).any() or not is_turned(graph, trimmed, solid):
         return False
     o, z = graph.face_frame[tread[0], 0], graph.face_frame[tread[0], 3]
     sides = faces[~np.isin(faces, tread)].tolist()
@@ -73,29 +73,18 @@ def _line_touches(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dic
     return dict(touches)
 
 
-def _axis(graph: BrepGraph, solid: int) -> int | None:
+def _axis(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> int | None:
     """Return a cylinder of a solid of revolution, the widest one, or None if the solid is something else."""
-    faces = np.flatnonzero(graph.face_solid == solid)
-    kind = graph.face_kind[faces]
-    outer = faces[(kind == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)]
-    if len(outer) == 0 or np.isin(kind, (SurfaceKind.NURBS, SurfaceKind.NONE)).any():
-        return None
-    widest = int(outer[np.argmax(graph.face_param[outer, 0])])
-    z = graph.face_frame[widest, 3]
-    along = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1)
-    own = (kind == SurfaceKind.PLANE) | (
-        off_axis(graph.face_frame[faces, 0], *graph.face_frame[widest, [0, 3]]) <= SAME_AXIS_MM
-    )
-    turned = (along <= SAME_AXIS_SIN) | (kind == SurfaceKind.SPHERE)
-    return widest if bool((own & turned).all()) else None
+    is_outer = (graph.face_solid == solid) & (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward > 0)
+    outer = np.flatnonzero(is_outer & is_turned(graph, trimmed, solid))
+    return int(outer[np.argmax(graph.face_param[outer, 0])]) if len(outer) else None
 
 
 def _span(trimmed: TrimmedFaces, faces: IntArray, cylinder: int) -> tuple[float, float]:
-    """Return where along the axis of a cylinder the boundaries of faces begin and end, mm."""
-    o, z = trimmed.graph.face_frame[cylinder, 0], trimmed.graph.face_frame[cylinder, 3]
-    points = np.concatenate([trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] for face in faces.tolist()])
-    along = (points - o) @ z if len(points) else np.zeros(1)
-    return float(along.min()), float(along.max())
+    """Return where along the axis of a cylinder the boundaries of faces begin and end, mm; 0 and 0 without one."""
+    z = trimmed.graph.face_frame[cylinder, 3]
+    along = np.concatenate([trimmed.heights(face, z) for face in faces.tolist()])
+    return (float(along.min()), float(along.max())) if len(along) else (0.0, 0.0)
 
 
 def _equal(graph: BrepGraph, trimmed: TrimmedFaces, round_: dict[int, int]) -> Iterator[set[int]]:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.brep.boxes import boxes_of_solids
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
@@ -25,7 +24,7 @@ from wpcal.seam.member.heavy_bars import find_bar, why_timber
 from wpcal.seam.member.member import ON_COS, THINNEST_MM, MemberKind
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members
-from wpcal.seam.member.one_piece import OnePieces
+from wpcal.seam.member.one_piece import OnePieces, signature
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Finding
 
@@ -108,7 +107,7 @@ class ShapeLooks:
         orders = ((a, b), (b, a))
         if any(self._are_cut_in_one(*own) for own in orders):
             yield Rule.CUT_IN_ONE.found("one is a tab as thin as the other, in a plane of it")
-        rings = RINGS if any(self._of_equals(_is_turned, solid) for solid in (a, b)) else ()
+        rings = RINGS if any(self._of_equals(is_turned, solid) for solid in (a, b)) else ()
         found = (rule.found(words) for look, rule, words in rings if any(self._once(look, *own) for own in orders))
         closed_in = Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
         seat = next(found, closed_in if self._held[self._first_pair(a, b)] else None)
@@ -146,7 +145,7 @@ class ShapeLooks:
 
     def _of_equals(self, look: Callable[[BrepGraph, TrimmedFaces, int], Any], solid: int) -> Any:
         """Return what a look at one solid finds, however the solid lies; asked once for all equal solids."""
-        key = look, self._one_pieces.signature(int(self.like[solid]))
+        key = look, signature(self.graph, self.trimmed, int(self.like[solid]))
         if key not in self._known:
             self._known[key] = look(self.graph, self.trimmed, solid)
         return self._known[key]
@@ -187,14 +186,7 @@ def _is_in_plane(graph: BrepGraph, tab: int, other: int, thick: float) -> bool:
     return bool((in_plane.any(axis=1) & behind.any(axis=1)).any())
 
 
-def _is_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bool:
-    """Tell whether a solid may be a ring."""
-    return is_turned(graph, solid)
-
-
 def _size_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
     """Return the longest side of the box of a solid, mm."""
-    own = graph.face_solid == solid
-    box = tuple(corner[own] for corner in trimmed.face_box)
-    low, high = boxes_of_solids(np.zeros(int(own.sum()), dtype=np.int64), box, 1)
-    return float((high - low).max())
+    low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
+    return float((high.max(axis=0) - low.min(axis=0)).max())

@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, find_solids_around
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import part_across, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import near_pairs
@@ -138,7 +138,7 @@ def _views(
     p, slope = evaluate_edges(graph, pieces.edge[row[kept]], t[kept])
     normals = [project_to_faces(graph, face[row[kept]], p).normal for face in (pieces.wall, pieces.base)]
     own, other = np.concatenate(normals), np.concatenate(normals[::-1])
-    up = other - np.einsum("ki,ki->k", other, own)[:, None] * own
+    up = part_across(other, own)
     turn, side = np.linalg.norm(up, axis=1, keepdims=True), np.cross(own, np.tile(slope, (2, 1)))
     turns = (turn > LEAST_TURN).reshape(-1, len(PLACES)).all(axis=1)
     side /= np.linalg.norm(side, axis=1, keepdims=True)

@@ -9,7 +9,6 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray
 from wpcal.seam.judge.stations import Stretch, find_stretches
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import with_frames
@@ -111,9 +110,5 @@ def in_material_words(seam: Seam) -> str:
 
 def place_words(seam: Seam) -> str:
     """Say where a seam begins and ends, and how long it is, for people."""
-    first, last = (_place(p) for p in seam.frames.p[[0, -1]])
-    return f"from {first} to {last} mm in part coordinates"
-
-
-def _place(p: FloatArray) -> str:
-    return "(" + ", ".join(f"{value + 0.0:.1f}" for value in np.round(p, 1)) + ")"
+    first, last = (", ".join(f"{value + 0.0:.1f}" for value in p) for p in np.round(seam.frames.p[[0, -1]], 1))
+    return f"from ({first}) to ({last}) mm in part coordinates"

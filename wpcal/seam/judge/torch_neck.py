@@ -13,6 +13,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.near_groups import NearBundles
+from wpcal.brep.surfaces import part_across
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import Radius, edge_distances, tube_frames
 from wpcal.core.arrays import FloatArray, IntArray
@@ -32,7 +33,7 @@ def bend_directions(back: FloatArray, R: FloatArray, spin_rad: FloatArray) -> Fl
     `spin_rad`: shape (n,). Turn about `back`, right-handed. At 0 the neck bends against the travel.
     """
     behind = -R[:, :, 0]
-    u = behind - np.einsum("ni,ni->n", behind, back)[:, None] * back
+    u = part_across(behind, back)
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     turned = np.cos(spin_rad)[:, None] * u + np.sin(spin_rad)[:, None] * np.cross(back, u)
     return np.asarray(turned, dtype=np.float64)

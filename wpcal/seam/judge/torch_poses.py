@@ -232,8 +232,3 @@ def _circle(back: FloatArray, radius_mm: float, count: int) -> FloatArray:
     w = np.cross(back, u)
     turn = np.arange(count) * 2.0 * np.pi / count
     return np.asarray(radius_mm * (np.cos(turn)[:, None] * u[:, None] + np.sin(turn)[:, None] * w[:, None]))
-
-
-def turned(angle_rad: FloatArray) -> FloatArray:
-    """Return angles of shape (n,), or of any other shape, between -pi and pi, rad."""
-    return np.asarray(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi, dtype=np.float64)

@@ -98,17 +98,13 @@ def _round_tabs(seams: Sequence[Seam]) -> frozenset[Link]:
 
 def _round_feet(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], judge: Judge) -> frozenset[Link]:
     """Return the links of fillets round feet all of whose sides are short."""
-    short = [row for row, seam in enumerate(seams) if _is_side(seam)]
+    fillets = [row for row, seam in enumerate(seams) if seam.weld is WeldType.FILLET and not seam.closed]
+    short = [row for row in fillets if seams[row].length_mm <= MOST_END_MM]
     if not any(seams[row].accepted for row in short):
         return frozenset()
     sides = [seams[row] for row in short]
     rows = [short[row] for row in _eligible(graph, trimmed, sides, judge)]
     return _links(seams, rows)
-
-
-def _is_side(seam: Seam) -> bool:
-    """Tell whether a seam may be one side of a small foot."""
-    return seam.weld is WeldType.FILLET and not seam.closed and seam.length_mm <= MOST_END_MM
 
 
 def _links(seams: Sequence[Seam], rows: list[int]) -> frozenset[Link]:

@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.surfaces import off_axis
+from wpcal.brep.surfaces import off_axis, part_across
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import linked_groups, near_pairs, near_tree
@@ -147,7 +147,7 @@ def _axes(graph: BrepGraph, faces: IntArray) -> tuple[FloatArray, FloatArray]:
     largest = np.take_along_axis(z, np.argmax(np.round(np.abs(z), 6), axis=1)[:, None], axis=1)
     z = z * np.where(largest < 0, -1.0, 1.0)
     o = graph.face_frame[faces, 0]
-    return z, o - np.einsum("ki,ki->k", o, z)[:, None] * z
+    return z, part_across(o, z)
 
 
 def _extents(

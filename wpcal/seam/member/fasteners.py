@@ -94,7 +94,8 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
     }
     chosen = {}
     for pin, solids in through.items():
-        headed = _has_head(turned[pin])
+        shank, head, widest = turned[pin].shank, turned[pin].head, turned[pin].widest
+        headed = widest >= HEAD_RATIO * shank and 0 < head <= 2.0 * HEAD_HEIGHT * shank
         if solids and (headed or (solids & rings and len(solids) > 1)):
             chosen[pin] = (pin, "a bolt or screw" if headed else "a rod with nuts", solids)
             chosen |= {ring: (pin, "a nut or washer", (solids | {pin}) - {ring}) for ring in solids & rings}
@@ -244,10 +245,6 @@ def _is_ring(shape: _Turned) -> bool:
     return 0 < shape.bore <= LARGEST_RADIUS_MM * BORE_RATIO[1] and (
         shape.high - shape.low <= RING_HEIGHT * bore and shape.widest <= RING_WIDTH * bore
     )
-
-
-def _has_head(shape: _Turned) -> bool:
-    return shape.widest >= HEAD_RATIO * shape.shank and 0 < shape.head <= 2.0 * HEAD_HEIGHT * shape.shank
 
 
 def _gone_through(graph: BrepGraph, trimmed: TrimmedFaces, holes: IntArray, solid: int, pin: _Turned) -> frozenset[int]:

@@ -24,6 +24,7 @@ SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 than this share of its height."""
 DRAWN_SOLID_MM = 150.0  #: Plates are sold up to this thickness; what is thicker was a box, and was drawn solid.
 THICKEST_BAR_MM = 250.0  #: Bars are rolled, and boards are cut, up to this thickness.
+NOTHING_ELSE = 0.99  #: Members that explain so much of the surface are the whole solid: rounds and bosses are more.
 ONE_WALL = 0.1  #: Walls of a moulded tray differ by less than this share; sheets are sold in larger steps.
 THINNEST_MM = 1.2  #: An arc burns through sheet that is thinner than the usual wire.
 
@@ -40,6 +41,7 @@ class MemberKind(Enum):
     BOX = "box drawn solid"
 
 
+FLAT = (MemberKind.PLATE, MemberKind.BAR)
 COST = dict.fromkeys(MemberKind, 1.0) | {MemberKind.SHEET: 0.5}
 """Members that a hypothesis counts as: a formed sheet has two sides, and each is one."""
 
@@ -57,6 +59,7 @@ class Member:
     length_mm: float
     roots: frozenset[tuple[int, int]] = frozenset()  #: Pairs of faces at corners that are inside the member.
     rims: frozenset[int] = frozenset()  #: Of a plate, the faces of its outline.
+    roots_mm: float = 0.0  #: How far its roots go on, also where something else stands on the member.
 
     @property
     def is_drawn_solid(self) -> bool:
@@ -131,13 +134,23 @@ class Decomposition:
         """Tell whether there are walls so thin that an arc burns through, and no member that is bought or cut."""
         stock = (MemberKind.TUBE, MemberKind.ROUND, MemberKind.PROFILE)
         is_stock = any(one.is_slender or one.is_drawn_solid or one.kind in stock for one in self.members)
-        return not is_stock and any(one.thickness_mm < THINNEST_MM for one in self.members)
+        return not is_stock and min(self.thick_mm, default=THINNEST_MM) < THINNEST_MM
+
+    @property
+    def thick_mm(self) -> list[float]:
+        """How thick its members are, mm."""
+        return [one.thickness_mm for one in self.members]
 
     @property
     def is_of_one_wall(self) -> bool:
         """Tell whether all members are about as thick."""
-        thick = [one.thickness_mm for one in self.members]
-        return max(thick, default=0.0) * (1.0 - ONE_WALL) <= min(thick, default=0.0)
+        return max(self.thick_mm, default=0.0) * (1.0 - ONE_WALL) <= min(self.thick_mm, default=0.0)
+
+    @property
+    def are_two_plates(self) -> bool:
+        """Tell whether there are two plates of two thicknesses, without a common side, and nothing else."""
+        is_pair = len(self.members) == 2 and all(one.kind in FLAT for one in self.members) and not self.is_of_one_wall
+        return is_pair and self.share >= NOTHING_ELSE and not self.members[0].faces & self.members[1].faces
 
     @property
     def is_stepped_plate(self) -> bool:
@@ -209,7 +222,7 @@ class Decomposition:
         """Return the member inside which a straight corner between two faces is.
 
         `way`: shape (3,). Along the corner, a unit vector. A member holds corners along its axis, hardly longer:
-        its section is not followed to its end where others stand on it. A plate holds those of its outline, and a
+        something may stand beside its end. A plate holds those of its outline, and a
         formed sheet the round ones between its faces, which run smoothly into each other: a sharp one closes the sheet.
         """
         pair = (min(faces), max(faces))
@@ -217,7 +230,8 @@ class Decomposition:
             if one.kind is MemberKind.SHEET and not is_sharp and one.faces.issuperset(pair):
                 return one
             is_outline = one.rims.issuperset(pair)
-            most_mm = (1.0 + ENDS_TOGETHER) * (one.thickness_mm if is_outline else one.length_mm)
+            own_mm = one.thickness_mm if is_outline else max(one.length_mm, one.roots_mm)
+            most_mm = (1.0 + ENDS_TOGETHER) * own_mm
             if (is_outline or pair in one.roots) and abs(one.axis @ way) > ON_COS and length_mm <= most_mm:
                 return one
         return None

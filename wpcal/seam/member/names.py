@@ -85,7 +85,7 @@ def read_name(name: str) -> tuple[Hit, ...]:
     """
     text = fold(name)
     tokens = text.split()
-    is_structure = [_is_structure(token) for token in tokens]
+    is_structure = [_by_forms(_STRUCTURE, token) or _by_forms(_STRUCTURE_FIRST, token) for token in tokens]
     found = list(_words(tokens))
     things = [word for word in found if word.kind not in METALS | NOT_METAL and _is_about(word, tokens, is_structure)]
     standard = _standard(text, has_structure=any(is_structure))
@@ -163,10 +163,6 @@ def _singular(token: str) -> str:
 def _forms(token: str) -> tuple[str, ...]:
     stem = _NUMBER_AT_END.sub("", token) or token
     return tuple(dict.fromkeys((token, stem, _singular(token), stem[:-2] if stem.endswith("es") else stem)))
-
-
-def _is_structure(token: str) -> bool:
-    return _by_forms(_STRUCTURE, token) or _by_forms(_STRUCTURE_FIRST, token)
 
 
 def _by_forms(table: _Table, token: str) -> bool:

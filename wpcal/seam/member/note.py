@@ -138,7 +138,8 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
     Raises `InputError` if a name of `judging` is that of no solid.
     """
     facts = [facts_of(graph.solid_facts, solid) for solid in range(len(graph.solid_names))]
-    labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
+    named = zip(graph.solid_names, facts, strict=True)
+    labels = [tuple(dict.fromkeys((name, plain_name(name), *fact.products, *fact.path))) for name, fact in named]
     said = _said(labels, judging)
     fasteners = find_fasteners(graph, trimmed)
     instead, beads = covered_by(graph, trimmed), set(bead_bodies(graph, trimmed).tolist())
@@ -235,11 +236,6 @@ class _Evidence:
 def plain_name(name: str) -> str:
     """Return the name of a solid without the number that tells it from others of the same name."""
     return _NUMBER.sub("", name)
-
-
-def _labels(name: str, facts: SolidFacts) -> tuple[str, ...]:
-    """Return every name under which a solid can be addressed."""
-    return tuple(dict.fromkeys((name, plain_name(name), *facts.products, *facts.path)))
 
 
 def _said(labels: Sequence[tuple[str, ...]], judging: Judging) -> list[tuple[bool, str] | None]:

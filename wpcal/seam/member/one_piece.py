@@ -28,7 +28,7 @@ from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.hypotheses import lugs_of
-from wpcal.seam.member.member import ON_COS, MemberKind
+from wpcal.seam.member.member import FLAT, ON_COS, MemberKind
 from wpcal.seam.member.members import members_of
 
 LEAST_EXPLAINED = 0.94
@@ -44,8 +44,8 @@ SMALL_MM, SMALL_THICK_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3.5, 3, 0.2
 of the area; of a bar, its length) and thinner than this: 20 weldments have one each at most, in printed boxes a quarter
 of the members are such. Tabs of plate may be as small, but are thicker."""
 TINY_MM, TINY_WALL_MM = 200.0, 2.6
-"""A solid of a shorter diagonal with a member thinner than this is one piece: of ten such nine were printed or milled,
-and one was the tab of a bicycle's stem."""
+"""A solid of a shorter diagonal with a member thinner than this is one piece: of ten such nine were printed or milled.
+The tenth was a tab: two plates of two thicknesses and no more; walls of prints are of one."""
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
@@ -68,14 +68,10 @@ class OnePieces:
 
     def why(self, solid: int) -> str | None:
         """Tell why a solid looks as if made as one piece; None if it is a member, or built up of members."""
-        key = self.signature(solid)
+        key = signature(self.graph, self.trimmed, solid)
         if key not in self._equal:
             self._equal[key] = self._look(solid)
         return self._equal[key]
-
-    def signature(self, solid: int) -> bytes:
-        """Return what equal solids have in common: the kinds of their faces, and the lengths of their edges."""
-        return _signature(self.graph, self.trimmed, solid)
 
     def _look(self, solid: int) -> str | None:
         if _is_vessel(self.graph, self.trimmed, solid):
@@ -84,8 +80,9 @@ class OnePieces:
             return None
         why = why_one_piece(self.graph, self.trimmed, solid)
         if why is None and (share := built_up_share(self.graph, self.trimmed, solid)) < LEAST_TOUCHED:
-            why = f"several members explain it, but only {share:.0%} of its surface is on plates, bars or tubes"
-        return why if why is None or "it looks" in why else f"{why}: it looks cast, moulded or milled"
+            words = "of its surface is on plates, bars or tubes: it looks cast, moulded or milled"
+            return f"several members explain it, but only {share:.0%} {words}"
+        return why
 
     def _is_turned(self, solid: int) -> bool:
         """Tell whether nearly the whole surface is round about one axis, holes and keyways left out."""
@@ -99,7 +96,8 @@ class OnePieces:
 
 
 @once_per_solid
-def _signature(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bytes:
+def signature(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bytes:
+    """Return what equal solids have in common: the kinds of their faces, and the lengths of their edges."""
     kinds = np.bincount(graph.face_kind[graph.face_solid == solid], minlength=len(SurfaceKind))
     lengths = np.sort(np.round(edge_lengths(graph)[graph.edge_solid == solid] / SAME_LENGTH_MM))
     return kinds.astype(np.int64).tobytes() + lengths.astype(np.int64).tobytes()
@@ -109,7 +107,7 @@ def _is_vessel(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     """Tell whether a turned solid is a cup deeper than wide, with a wall thinner than `VESSEL_WALL` of its width."""
     faces = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.CYLINDER))
     bores, radius = faces[graph.face_outward[faces] < 0], graph.face_param[faces, 0]
-    if len(bores) == 0 or not is_turned(graph, solid):
+    if len(bores) == 0 or not is_turned(graph, trimmed, solid):
         return False
     o, z = graph.face_frame[bores[0], 0], graph.face_frame[bores[0], 3]
     inner, surface = float(graph.face_param[bores, 0].max()), sampled_surface(graph, trimmed, solid)
@@ -130,8 +128,8 @@ def _why_formed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     return next(filter(None, (why(graph, trimmed, solid) for why in FORMED)), None)
 
 
-def _why_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> str | None:
-    return "all its faces are round about one axis, as on a turned part" if is_turned(graph, solid) else None
+def _why_turned(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    return "all its faces are round about one axis: it looks turned" if is_turned(graph, trimmed, solid) else None
 
 
 def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
@@ -146,9 +144,10 @@ def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str
     if share >= LEAST_BUILT_UP:
         return None
     if members.straight_share >= LEAST_EXPLAINED:
-        thin = min(one.thickness_mm for one in members.members)
-        return f"it has walls of {thin:.1f} mm and no slender plate, bar or tube"
-    return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
+        words = f"it has walls of {min(members.thick_mm):.1f} mm and no slender plate, bar or tube"
+    else:
+        words = f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
+    return f"{words}: it looks cast, moulded or milled"
 
 
 def _why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
@@ -192,7 +191,7 @@ def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     if any(_is_enclosed(graph, face, corners) for face in found.floors):
         return "it is a plate with a pocket in it: it looks milled or printed"
     corners = [faces for faces in corners if not found.is_inside(*faces)]
-    is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) for one in found.members)
+    is_flat = all(one.kind in FLAT for one in found.members)
     is_joint = any(found.is_joint(*faces) for faces in corners)
     words = "none of its inner corners is between two of its members: it looks milled or printed"
     return words if is_flat and corners and not is_joint else None
@@ -208,14 +207,14 @@ def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
 
 def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
-    size = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
-    thin = min((one.thickness_mm for one in members_of(graph, trimmed, solid).members), default=TINY_WALL_MM)
+    size, found = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))), members_of(graph, trimmed, solid)
+    thin = TINY_WALL_MM if found.are_two_plates else min(found.thick_mm, default=TINY_WALL_MM)
     words = f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed"
     return words if size < TINY_MM and thin < TINY_WALL_MM else None
 
 
 CAST = (_why_turned, _why_unexplained, _why_timber)
-"""Reasons why a solid is not built up, as they are asked; those without "it looks" in them are of castings."""
+"""Reasons why a solid is not built up, as they are asked."""
 FORMED = (_why_pressed, _why_small, _why_milled, _why_tiny)
 """Reasons why its own corners are no welds. It may be welded to others: a milled plate is a member."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.meeting import meet_surfaces
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import part_across, project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.discretise import Stations
 from wpcal.seam.seam import SeamFrames, SeamPieces
@@ -79,13 +79,9 @@ def frames_from_normals(x: FloatArray, n_wall: FloatArray, n_base: FloatArray) -
     `x`, `n_wall`, `n_base`: shape (n, 3). Unit vectors in one frame.
     Returns ndarray, shape (n, 3, 3). Columns x, y, z.
     """
-    n1, n2 = (_across(n, x) for n in (n_wall, n_base))
+    n1, n2 = (part_across(n, x) for n in (n_wall, n_base))
     z = n1 + n2
     length = np.linalg.norm(z, axis=1, keepdims=True)
     z = np.where(length > OPPOSED_LENGTH, z, n1)
     z = z / np.linalg.norm(z, axis=1, keepdims=True)
     return np.stack([x, np.cross(z, x), z], axis=2)
-
-
-def _across(n: FloatArray, x: FloatArray) -> FloatArray:
-    return np.asarray(n - np.einsum("ki,ki->k", n, x)[:, None] * x, dtype=np.float64)

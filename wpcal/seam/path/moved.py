@@ -111,13 +111,11 @@ class StillSeams:
         gap = _gaps(graph, self.edge_mm, now)
         columns = (*self.bodies, *n_now, x_each[0], is_met, gap)
         found = []
-        for seam, own in zip(self.seams, self._own_frames(), strict=True):
+        ends = zip(self.start[:-1].tolist(), self.start[1:].tolist(), strict=True)
+        for seam, own in zip(self.seams, [slice(*pair) for pair in ends], strict=True):
             moved_seam = _with_frames(seam, frames.select(own), self.piece[own], gap[own])
             found.append(MovedSeam(moved_seam, *(column[own] for column in columns)))
         return found
-
-    def _own_frames(self) -> list[slice]:
-        return [slice(*ends) for ends in zip(self.start[:-1].tolist(), self.start[1:].tolist(), strict=True)]
 
 
 def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, moves: BodyMoves) -> list[MovedSeam]:

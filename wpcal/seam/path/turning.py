@@ -103,15 +103,12 @@ def face_free_space(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam) -> Seam
     if not opposed.any():
         return seam
     x, normal = frames.R[:, :, 0], frames.R[:, :, 2]
-    side = np.cross(normal, x)
-    free = [_free_count(graph, trimmed, frames.p[opposed], way[opposed]) for way in (side, -side)]
+    side, p = np.cross(normal, x), frames.p[opposed]
+    ways = (side[opposed], -side[opposed])
+    free = [int((~is_blocked(graph, trimmed, p + START_MM * way, way)).sum()) for way in ways]
     up = float(side[opposed, 2].sum())
     z = np.where(opposed[:, None], side if (free[0], up) >= (free[1], -up) else -side, normal)
     R = np.stack([x, np.cross(z, x), z], axis=2)
     reason = f"{OPPOSED_REASON} at {opposed.sum()} of {len(frames)} points: z points to the free side there"
     others = tuple(text for text in seam.reasons if not text.startswith(OPPOSED_REASON))
     return replace(seam, frames=replace(frames, R=R), reasons=(*others, reason))
-
-
-def _free_count(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, z: FloatArray) -> int:
-    return int((~is_blocked(graph, trimmed, p + START_MM * z, z)).sum())
