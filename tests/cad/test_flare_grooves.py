@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from build123d import Solid
 from scipy.optimize import brentq
 
 from cad.kernel.geometry import to_location
@@ -33,6 +35,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import Seam, SeamOptions, SeamSource, WeldType, detect_seams
 from wpcal.seam.find.flare_grooves import add_grooves
+from wpcal.seam.search import find_part_seams
 
 EXACT = 1e-6  #: mm, or rad: lines and circles through points that Newton's method finds to round-off.
 POSES = [[700, -300, 40, 0.4, -1.1, 2.0], [0, 0, 0, 0, 0, 0]]  #: Turned about all axes, and as drawn, mm and rad.
@@ -84,6 +87,17 @@ def test_flush_tubes_have_a_flare_bevel_on_both_sides(
         assert seam.groove.depth_mm == pytest.approx(radius, rel=0, abs=EXACT)
         assert seam.groove.opening_mm == pytest.approx(radius, rel=0, abs=1e-3)
         assert seam.groove.root_mm == pytest.approx(out, rel=0, abs=EXACT)
+
+
+def test_flush_tubes_that_are_one_body_have_the_same_grooves() -> None:
+    solids = flush_tubes(10.0, 5.0)
+    body = Solid(solids[0][1]).fuse(Solid(solids[1][1])).clean().solid()
+    cross: Any = None  # one solid crosses no other one
+    graph = to_brep([("body", body.wrapped)])
+    found = find_part_seams(graph, TrimmedFaces.of(graph), SeamOptions(), cross=cross).seams
+    seams = [seam for seam in found if seam.source is SeamSource.FLARE and seam.accepted]
+    for one, other in zip(seams, grooves_of(solids, POSES[1])[1], strict=True):
+        np.testing.assert_allclose(one.frames.p[[0, -1]], other.frames.p[[0, -1]], rtol=0, atol=EXACT)
 
 
 @pytest.mark.parametrize("pose", few(POSES, 1))

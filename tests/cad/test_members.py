@@ -1,5 +1,6 @@
 """A fused body is taken apart into members: roots of rolled profiles are inside one, what stands on them is welded."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -37,6 +38,7 @@ from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.search import find_part_seams
 
 ALONG = (Align.CENTER, Align.CENTER, Align.MIN)
+LOW = (Align.MIN, Align.MIN, Align.MIN)
 
 
 def i_beam(height: float, width: float, web: float, flange: float, *, length: float, root: float) -> Any:
@@ -70,6 +72,17 @@ def test_a_column_fused_with_its_foot_is_welded_at_the_foot_only(root: float) ->
     assert sum(seam.length_mm for seam in accepted) > 350
     rolled = [seam for seam in seams if any(finding.rule == "rolled" for finding in seam.findings)]
     assert [round(seam.length_mm) for seam in rolled] == [500] * 4
+
+
+@pytest.mark.parametrize("root", few([0.0, 8.0], 1))
+def test_angles_with_battens_across_them_are_welded_at_the_battens_only(root: float) -> None:
+    angle = Box(60, 60, 500, align=LOW) - Pos(8, 8, 0) * Box(60, 60, 500, align=LOW)
+    inner = [edge for edge in angle.edges() if math.dist(tuple(edge.center()), (8, 8, 250)) < 1e-6]
+    angle = angle.fillet(root, inner) if root else angle
+    battens = [Pos(24, -8, z) * Box(252, 8, 70, align=LOW) for z in (0, 215, 430)]
+    seams = fused_seams(sum(battens, angle + Pos(300, 0, 0) * angle.mirror(Plane.YZ)))
+    assert sum(seam.length_mm for seam in seams if seam.accepted) > 1000
+    assert max(seam.length_mm for seam in seams if seam.accepted) < 100
 
 
 def test_members_of_a_column_are_a_profile_and_a_plate() -> None:

@@ -48,7 +48,7 @@ class SeamSource(Enum):
     MITRE = "mitre of tubes inside one solid"
     BEAD = "modelled bead or round inside one solid"
     DRAWN = "corner that a modelled bead fills"
-    FLARE = "groove between a radius and another solid"
+    FLARE = "groove between a radius and another member"
     MARKED = "marked or picked edge"
     ADDED = "edge added to those that are found"
 

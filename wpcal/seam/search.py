@@ -22,9 +22,10 @@ from wpcal.seam.find.flare_grooves import FlareGrooves, add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.marked import MarkedEdges
+from wpcal.seam.member.members import are_inside_one
 from wpcal.seam.member.one_piece import are_welded_corners
 from wpcal.seam.member.said import said_about
-from wpcal.seam.options import SeamOptions
+from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.turning import OPPOSED_REASON
 from wpcal.seam.seam import Seam, SeamPieces
 
@@ -133,5 +134,10 @@ def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: C
         return are_welded_corners(graph, trimmed, wall, base, gap_mm) | said.are_joints(wall, base)
 
     graph, beads = add_beads(graph, trimmed, options, may)
-    graph, flares = add_grooves(graph, trimmed, options)
+
+    def are_two(wall: IntArray, base: IntArray) -> BoolArray:
+        return may(wall, base) & ~are_inside_one(graph, trimmed, wall, base)
+
+    inside = None if options.concave is ConcaveEdges.NEVER else are_two
+    graph, flares = add_grooves(graph, trimmed, options, inside)
     return _Added(graph, sections, beads, flares, issues)

@@ -1,7 +1,8 @@
 """Fused bodies nobody has seen, with their lists: `python -m tests.benchmarks.welds.random_bodies SEED FOLDER`.
 
 Members of random sections are put together with copes, slots, gussets and holes, and fused. A weld is an edge of the
-body at a hollow corner round which material of two members is: found by the kernel's classifier. It is sure where a
+body at a hollow corner round which material of two members is: found by the kernel's classifier. One that closes to
+nothing, as beside the radius of a flush tube, is a flare groove, and probable. Another one is sure where a
 torch (nozzle of 22 mm, 20 mm of wire, leans up to 30 degrees) is free by rays, optional where it is nowhere or shorter
 than 16 mm. Nothing of `wpcal.seam` takes part.
 """
@@ -22,12 +23,13 @@ from OCP.TopAbs import TopAbs_State
 from OCP.TopLoc import TopLoc_Location
 
 from cad.step.new_file import plain_step_text
-from tests.benchmarks.welds.lists import OPTIONAL, PROBABLE, SCHEMA, SURE, Weld, sha256, to_json
+from tests.benchmarks.welds.lists import OPTIONAL, PROBABLE, SCHEMA, SURE, USUAL_TOL_MM, Weld, sha256, to_json
 from wpcal.core.arrays import BoolArray, FloatArray
 
 NOZZLE_MM, WIRE_MM, FAR_MM = 11.0, 20.0, 300.0  #: Radius of the nozzle, wire before it, and length of the torch.
 ALONG_DEG, ACROSS_DEG = (-30.0, -15.0, 0.0, 15.0, 30.0), (-15.0, 0.0, 15.0)  #: Leans.
 SHORT_MM = 16.0  #: Shorter runs are ends of plates.
+FLARE_MM = 12.5  #: From the bottom of a flare groove beside the largest radius to the seam in its mouth.
 COUNT = 6  #: Bodies per family.
 Rng = np.random.Generator
 
@@ -290,15 +292,17 @@ def welds_between(members: list[Any], body: Any, name: str) -> Iterator[Weld]:
             turn = np.linspace(0, 2 * np.pi, 36, endpoint=False)[:, None]
             ring = np.cos(turn) * u + np.sin(turn) * np.cross(way, u)
             full = is_inside(body, p + 0.05 * ring)
-            if not 20 <= full.sum() < 36 or sum(is_inside(one, p + 0.05 * ring).sum() > 1 for one in members) < 2:
+            if full.sum() < 20 or sum(is_inside(one, p + 0.05 * ring).sum() > 1 for one in members) < 2:
                 break
             out = ring[~full].sum(axis=0)
-            free.append(is_free(triangles, p, way, out / np.linalg.norm(out)))
+            free.append(not full.all() and is_free(triangles, p, way, out / np.linalg.norm(out)))
         if len(free) == 3:
+            is_flare = full.all()
             cls = OPTIONAL if edge.length < SHORT_MM or not any(free) else SURE if all(free) else PROBABLE
             count = 2 if edge.geom_type == b.GeomType.LINE else 61
             points = np.array([tuple(edge.position_at(s)) for s in np.linspace(0, 1, count)])
-            yield Weld(f"W{number}", (name,), "hollow corner", cls, points)
+            kind, tol_mm = ("flare groove", FLARE_MM) if is_flare else ("hollow corner", USUAL_TOL_MM)
+            yield Weld(f"W{number}", (name,), kind, PROBABLE if is_flare else cls, points, tol_mm)
 
 
 def write(seed: int, folder: Path) -> None:

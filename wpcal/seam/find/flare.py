@@ -23,7 +23,15 @@ from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.core.last_held import last_held
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.find.contact import find_runs
-from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_groove_roots, pipe_ranges
+from wpcal.seam.find.flare_sections import (
+    FacePairs,
+    May,
+    Roots,
+    ball_centres,
+    face_pairs,
+    find_groove_roots,
+    pipe_ranges,
+)
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
 
 BALLS_MM = (0.6, 1.0, 1.5)
@@ -76,10 +84,11 @@ class FlareSearch:
     graph: BrepGraph
     trimmed: TrimmedFaces
     gap_mm: float  #: Largest gap between the members at the root.
+    may: May | None = None  #: Which faces of one solid are compared; none without it.
 
     def find(self) -> Grooves:
         """Return the grooves of a part, their ends on the polylines of the boundaries."""
-        pairs = face_pairs(self.graph, self.trimmed, self.gap_mm + GAP_ROUND_OFF_MM)
+        pairs = face_pairs(self.graph, self.trimmed, self.gap_mm + GAP_ROUND_OFF_MM, self.may)
         low, high = pipe_ranges(self.graph, self.trimmed, pairs, self.gap_mm)
         kept = high > low
         pairs, low, high = pairs.select(kept), low[kept], high[kept]

@@ -12,7 +12,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.flare import FlareSearch, Grooves
 from wpcal.seam.find.flare_ends import along_rims, exact_ends
-from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_groove_roots
+from wpcal.seam.find.flare_sections import FacePairs, May, ball_centres, find_groove_roots
 from wpcal.seam.find.flare_shape import measure_grooves
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
@@ -40,9 +40,14 @@ class FlareGrooves:
 NONE_FOUND = FlareGrooves(JoinedPieces.together([]), {})
 
 
-def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> tuple[BrepGraph, FlareGrooves]:
-    """Add the paths of balls in the flare grooves between solids, as edges without faces of their own."""
-    search = FlareSearch(graph, trimmed, options.gap_for(graph))
+def add_grooves(
+    graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, may: May | None = None
+) -> tuple[BrepGraph, FlareGrooves]:
+    """Add the paths of balls in the flare grooves between members, as edges without faces of their own.
+
+    `may`: As in `face_pairs`.
+    """
+    search = FlareSearch(graph, trimmed, options.gap_for(graph), may)
     found = search.find()
     if len(found.s0) == 0:
         return graph, NONE_FOUND

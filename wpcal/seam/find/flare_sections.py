@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,11 +20,13 @@ WIDE_HOLE = 2.0
 pin in its hole is nearer."""
 PIPES = (SurfaceKind.CYLINDER, SurfaceKind.TORUS)
 OTHERS = (SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE)
+May: TypeAlias = Callable[[IntArray, IntArray], BoolArray]
+"""Tells which pairs of faces of one solid may be of two members that are welded to each other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FacePairs(Columns):
-    """Pairs of a rounded face and a face of another solid, each with one side of the root."""
+    """Pairs of a rounded face and a face of another member, each with one side of the root."""
 
     #: `pipe`, `other`: shape (k,). The rounded face, and the other face.
     pipe: IntArray
@@ -91,15 +95,18 @@ def pipe_ranges(
     return low, high
 
 
-def face_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> FacePairs:
-    """Return the pairs of faces of different solids that may have a groove between them, both sides of each."""
+def face_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float, may: May | None = None) -> FacePairs:
+    """Return the pairs of faces that may have a groove between them, both sides of each.
+
+    They are of different solids, or `may` be of different members of one.
+    """
     convex = graph.face_outward > 0
     pipes = np.flatnonzero(np.isin(graph.face_kind, PIPES) & convex)
     low, high = trimmed.face_box
     row, other = trimmed.box_tree.meeting(low[pipes] - gap_mm, high[pipes] + gap_mm)
     pipe = pipes[row]
     kind = graph.face_kind[other]
-    kept = (graph.face_solid[pipe] != graph.face_solid[other]) & np.isin(kind, OTHERS)
+    kept = np.isin(kind, OTHERS) & ((may is not None) | (graph.face_solid[pipe] != graph.face_solid[other]))
     twice = np.isin(kind, PIPES) & convex[other]
     own = graph.face_kind[pipe]
     kept &= ~twice | (own > kind) | ((own == kind) & (pipe < other))  # a torus has the centre line
@@ -110,6 +117,10 @@ def face_pairs(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> FacePa
     hollow_ring = ~convex[other] & np.isin(graph.face_kind[other], (SurfaceKind.TORUS, SurfaceKind.CONE))
     kept = wide & ~hollow_ring
     pipe, other = pipe[kept], other[kept]
+    if may is not None:
+        kept = graph.face_solid[pipe] != graph.face_solid[other]
+        kept[~kept] = may(pipe[~kept], other[~kept])
+        pipe, other = pipe[kept], other[kept]
     side = np.repeat([1.0, -1.0], len(pipe))
     return FacePairs(np.tile(pipe, 2), np.tile(other, 2), side)
 

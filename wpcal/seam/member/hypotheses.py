@@ -7,10 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from wpcal.brep.concavity import are_concave, inner_edges
-from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.concavity import are_concave, corner_turns, inner_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.surfaces import off_axis, project_to_faces, square_to
+from wpcal.brep.surfaces import off_axis, square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import linked_groups
@@ -28,7 +27,7 @@ from wpcal.seam.member.member import (
     MemberKind,
 )
 from wpcal.seam.member.prisms import FEWEST_EDGES, Prism, find_prisms
-from wpcal.seam.member.sections import THIN_SECTION, stock_of
+from wpcal.seam.member.sections import THIN_SECTION, roots_of, stock_of
 
 ON_RIM_MM = 0.5  #: The outline of a plate goes from side to side, but for broken edges.
 SOLID_SHARE = 0.5  #: At least this share of the two faces of a plate has its thickness behind it.
@@ -194,6 +193,9 @@ def _on_stretch(
     height = surface.p @ stretch.way
     is_long = member.kind is MemberKind.PROFILE and stretch.length_mm >= SLENDER * member.section[1]
     low, high = _coped(stretch, stretches) if is_long else (stretch.low, stretch.high)
+    if is_long:
+        first, last = roots_of(stretch, stretches)
+        low, high = min(low, first), max(high, last)
     is_rolled = member.kind is MemberKind.PROFILE and stretch.contour.sharp == 0
     past = ENDS_TOGETHER * stretch.length_mm if is_rolled else ON_MM  # something may stand beside its end
     sides = np.isin(surface.face, list(member.faces)) & (height >= low - past) & (height <= high + past)
@@ -350,9 +352,7 @@ def _linked(graph: BrepGraph, smooth: IntArray, faces: set[int]) -> Iterator[fro
 def _smooth_edges(graph: BrepGraph, solid: int) -> IntArray:
     """Return the edges of a solid along which its faces run smoothly into each other."""
     edges = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
-    p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
-    left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
-    return np.asarray(edges[np.einsum("ki,ki->k", left, right) > SMOOTH_COS])
+    return np.asarray(edges[corner_turns(graph, edges)[1] > SMOOTH_COS])
 
 
 def _commonest(thick: FloatArray, same: float) -> list[float]:

@@ -45,6 +45,12 @@ def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposi
     return Decomposition(members, share, straight_share, explained)
 
 
+def are_inside_one(graph: BrepGraph, trimmed: TrimmedFaces, wall: IntArray, base: IntArray) -> BoolArray:
+    """Tell which pairs of faces of one solid, shape (n,) each, one member of it explains, shape (n,)."""
+    pairs = zip(graph.face_solid[wall].tolist(), wall.tolist(), base.tolist(), strict=True)
+    return np.array([members_of(graph, trimmed, solid).is_inside(*faces) for solid, *faces in pairs], dtype=bool)
+
+
 def _are_straight(graph: BrepGraph, members: tuple[Member, ...]) -> list[bool]:
     """Tell which members are no formed sheets, or pieces of rings beside slender ones, which others cover in part.
 

@@ -48,10 +48,11 @@ class Prism:
     contour: Contour  #: Of its longest piece.
     faces: frozenset[int]  #: Of all pieces.
     roots: frozenset[tuple[int, int]]  #: Of all pieces, as in `Contour`.
+    pieces_mm: float  #: How long all pieces are together.
 
     @property
     def length_mm(self) -> float:
-        """How long it is."""
+        """How long it is, from its first piece to its last."""
         return self.high - self.low
 
     @property
@@ -157,7 +158,8 @@ def _along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatArray)
         faces = frozenset(face for piece in pieces for face in piece[2].faces)
         roots = frozenset(root for piece in pieces for root in piece[2].roots)
         low, high = min(piece[0] for piece in pieces), max(piece[1] for piece in pieces)
-        stretches.append(Prism(way, low, high, contour, faces, roots))
+        pieces_mm = sum(piece[1] - piece[0] for piece in pieces)
+        stretches.append(Prism(way, low, high, contour, faces, roots, pieces_mm))
     return stretches
 
 

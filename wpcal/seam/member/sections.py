@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import IntArray
 from wpcal.seam.find.built_up import FLATTEST
 from wpcal.seam.member.member import ENDS_TOGETHER, ON_COS, ON_MM, Member, MemberKind
 from wpcal.seam.member.prisms import Contour, Prism
@@ -45,14 +45,24 @@ def stock_of(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Mem
         kind, thick = _tube(stretch, bores, area, has_roots=bool(roots))
     else:
         kind, thick = _bar(stretch)
-    return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots, rims)
+    if kind is None:
+        return None
+    low, high = roots_of(stretch, others)
+    return Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots, rims, high - low)
+
+
+def roots_of(stretch: Prism, others: tuple[Prism, ...]) -> tuple[float, float]:
+    """Return from where to where one of the roots of a section goes on, also where something else stands on it, mm."""
+    own = [stretch, *(one for one in others if one.way is stretch.way and one.roots & stretch.roots)]
+    return min(one.low for one in own), max(one.high for one in own)
 
 
 def _goes_through(bore: Prism, stretch: Prism) -> bool:
     """Tell whether a stretch is a bore inside most of another one."""
     both_mm = min(bore.high, stretch.high) - max(bore.low, stretch.low)
     is_along = bore.contour.is_bore and bore.way is stretch.way and both_mm > 0.5 * stretch.length_mm
-    return is_along and _is_within(bore.contour.corners, stretch.contour.corners)
+    q, outer = bore.contour.corners, stretch.contour.corners
+    return is_along and bool(((q.min(axis=0) > outer.min(axis=0)) & (q.max(axis=0) < outer.max(axis=0))).all())
 
 
 def _around_mm(contour: Contour) -> float:
@@ -97,16 +107,15 @@ def _radius(graph: BrepGraph, contour: Contour) -> float | None:
     return float(radii[0]) if is_round else None
 
 
-def _is_within(inner: FloatArray, outer: FloatArray) -> bool:
-    return bool((inner.min(axis=0) > outer.min(axis=0)).all() and (inner.max(axis=0) < outer.max(axis=0)).all())
-
-
 def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> bool:
     """Tell whether a section with roots is that of an angle, a channel, a Z or an I section, or has round roots.
 
-    A T section with sharp roots does not count, nor one whose sides go on beyond its ends.
+    A T section with sharp roots does not count, nor one whose sides go on beyond its ends, nor one that is there along
+    the smaller part of its length only, where something lies across such sections or bars.
     """
     contour = stretch.contour
+    if any(_is_crossed(graph, other, stretch, others) for other in others):
+        return False
     pairs = np.array(sorted(contour.roots))
     web = np.flatnonzero(np.bincount(pairs.ravel()) > 1)  # that of a channel is beside both roots
     shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or 2 * len(web) >= len(pairs)
@@ -119,10 +128,26 @@ def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> b
     return all(_ends_with(other, stretch, set(web.tolist())) for other in others if other is not stretch)
 
 
+def _is_crossed(graph: BrepGraph, other: Prism, stretch: Prism, others: tuple[Prism, ...]) -> bool:
+    """Tell whether a part of a section goes on alone, farther than the section, as one that is bought."""
+    is_part = other.way is stretch.way and other.contour.area_mm2 < stretch.contour.area_mm2
+    if (
+        not is_part
+        or other.contour.is_bore
+        or other.pieces_mm <= stretch.pieces_mm
+        or len(other.faces & stretch.faces) < 2
+    ):
+        return False
+    return not other.contour.roots or _is_rolled(graph, other, others)
+
+
 def _ends_with(other: Prism, stretch: Prism, web: set[int]) -> bool:
-    """Tell whether sides that a stretch shares with another one, more than one, end where the stretch ends."""
+    """Tell whether sides that a stretch shares with another one, more than one, end where the stretch ends.
+
+    They may go on with all their roots: then something stands on the member there.
+    """
     both = other.faces & stretch.faces
-    if other.way is not stretch.way or len(both) < 2:
+    if other.way is not stretch.way or len(both) < 2 or stretch.roots <= other.roots:
         return True
     outside = max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
     return min(outside, other.length_mm) / (COPED if both <= web else ENDS_TOGETHER) <= stretch.length_mm
