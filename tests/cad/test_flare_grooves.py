@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -90,10 +90,8 @@ def test_flush_tubes_have_a_flare_bevel_on_both_sides(
 
 
 def test_flush_tubes_that_are_one_body_have_the_same_grooves() -> None:
-    solids = flush_tubes(10.0, 5.0)
-    body = Solid(solids[0][1]).fuse(Solid(solids[1][1])).clean().solid()
-    cross: Any = None  # one solid crosses no other one
-    graph = to_brep([("body", body.wrapped)])
+    solids, cross = flush_tubes(10.0, 5.0), cast(Any, None)  # one solid crosses no other one
+    graph = to_brep([("body", Solid(solids[0][1]).fuse(Solid(solids[1][1])).clean().solid().wrapped)])
     found = find_part_seams(graph, TrimmedFaces.of(graph), SeamOptions(), cross=cross).seams
     seams = [seam for seam in found if seam.source is SeamSource.FLARE and seam.accepted]
     for one, other in zip(seams, grooves_of(solids, POSES[1])[1], strict=True):

@@ -27,8 +27,7 @@ def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], 
     """
     found = list(seams)
     number = {name: solid for solid, name in enumerate(graph.solid_names)}
-    met = {row: (*seam.inside, *seam.blocked_by) for row, seam in enumerate(seams) if seam.length_mm >= LEAST_FREED_MM}
-    others = {row: [name for name in dict.fromkeys(own) if name not in seams[row].solids] for row, own in met.items()}
+    others = {row: _others(seam) for row, seam in enumerate(seams) if seam.length_mm >= LEAST_FREED_MM}
     rows = sorted(
         (row for row, names in others.items() if names), key=lambda row: (-round(seams[row].length_mm, DIGITS), row)
     )
@@ -45,6 +44,11 @@ def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], 
                 one = Hiding(graph.solid_names[solid], freed, loose)
                 found[row] = replace(found[row], hiding=(*found[row].hiding, one))
     return found
+
+
+def _others(seam: Seam) -> list[str]:
+    """Return the solids in the way of the torch or of the wire that the seam does not join."""
+    return [name for name in dict.fromkeys((*seam.inside, *seam.blocked_by)) if name not in seam.solids]
 
 
 def _free_length_mm(seam: Seam, felt: Felt) -> float:

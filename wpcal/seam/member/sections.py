@@ -75,7 +75,8 @@ def _profile(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> tup
     thick = 2.0 * stretch.contour.area_mm2 / max(_around_mm(stretch.contour), ON_MM)
     is_size = stretch.sides_mm[1] >= max(SMALLEST_PROFILE_MM, thick / THIN_SECTION)
     is_size = is_size and ON_MM < thick <= THICKEST_PROFILE_MM
-    return MemberKind.PROFILE if is_size and _is_rolled(graph, stretch, others) else None, thick
+    is_whole = is_size and not any(_is_crossed(graph, other, stretch, others) for other in others)
+    return MemberKind.PROFILE if is_whole and _is_rolled(graph, stretch, others) else None, thick
 
 
 def _tube(stretch: Prism, bores: list[Prism], area: float, *, has_roots: bool) -> tuple[MemberKind | None, float]:
@@ -110,12 +111,9 @@ def _radius(graph: BrepGraph, contour: Contour) -> float | None:
 def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> bool:
     """Tell whether a section with roots is that of an angle, a channel, a Z or an I section, or has round roots.
 
-    A T section with sharp roots does not count, nor one whose sides go on beyond its ends, nor one that is there along
-    the smaller part of its length only, where something lies across such sections or bars.
+    A T section with sharp roots does not count, nor one whose sides go on beyond its ends.
     """
     contour = stretch.contour
-    if any(_is_crossed(graph, other, stretch, others) for other in others):
-        return False
     pairs = np.array(sorted(contour.roots))
     web = np.flatnonzero(np.bincount(pairs.ravel()) > 1)  # that of a channel is beside both roots
     shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or 2 * len(web) >= len(pairs)
