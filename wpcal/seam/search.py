@@ -138,6 +138,5 @@ def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: C
     def are_two(wall: IntArray, base: IntArray) -> BoolArray:
         return may(wall, base) & ~are_inside_one(graph, trimmed, wall, base)
 
-    inside = None if options.concave is ConcaveEdges.NEVER else are_two
-    graph, flares = add_grooves(graph, trimmed, options, inside)
+    graph, flares = add_grooves(graph, trimmed, options, None if options.concave is ConcaveEdges.NEVER else are_two)
     return _Added(graph, sections, beads, flares, issues)
