@@ -29,6 +29,7 @@ from wpcal.core.arrays import BoolArray, FloatArray
 NOZZLE_MM, WIRE_MM, FAR_MM = 11.0, 20.0, 300.0  #: Radius of the nozzle, wire before it, and length of the torch.
 ALONG_DEG, ACROSS_DEG = (-30.0, -15.0, 0.0, 15.0, 30.0), (-15.0, 0.0, 15.0)  #: Leans.
 SHORT_MM = 16.0  #: Shorter runs are ends of plates.
+NARROW = 35  #: Of 36 points round an edge, so many are inside the material beside a corner that closes to nothing.
 FLARE_MM = 12.5  #: From the bottom of a flare groove beside the largest radius to the seam in its mouth.
 COUNT = 6  #: Bodies per family.
 Rng = np.random.Generator
@@ -295,9 +296,9 @@ def welds_between(members: list[Any], body: Any, name: str) -> Iterator[Weld]:
             if full.sum() < 20 or sum(is_inside(one, p + 0.05 * ring).sum() > 1 for one in members) < 2:
                 break
             out = ring[~full].sum(axis=0)
-            free.append(not full.all() and is_free(triangles, p, way, out / np.linalg.norm(out)))
+            free.append(full.sum() < NARROW and is_free(triangles, p, way, out / np.linalg.norm(out)))
         if len(free) == 3:
-            is_flare = full.all()
+            is_flare = full.sum() >= NARROW
             cls = OPTIONAL if edge.length < SHORT_MM or not any(free) else SURE if all(free) else PROBABLE
             count = 2 if edge.geom_type == b.GeomType.LINE else 61
             points = np.array([tuple(edge.position_at(s)) for s in np.linspace(0, 1, count)])
