@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches, TouchTargets
@@ -52,6 +53,10 @@ class Weldment:
     def targets_at(self, rows: IntArray) -> Planes:
         """Return the planes of some touches, of shape (k,)."""
         return Planes(self.p[rows], self.n[rows])
+
+    def moved(self, touches: Touches, start: RigidTransform, sigma_mm: float, **known: Any) -> MovedBodies:
+        """Fit it as it is fitted in use, where tolerances are not estimated."""
+        return fit_moved_bodies(touches, self.body, self.bodies, start, sigma_mm=sigma_mm, estimate=False, **known)
 
     def fitted(self, touches: Touches, start: RigidTransform, sigma_mm: float, factor: float = 1.0) -> BodiesFit:
         """Fit it with tolerances times `factor`."""

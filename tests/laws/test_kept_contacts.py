@@ -8,7 +8,7 @@ import pytest
 from tests.weldments import Weldment, contacts_of_uprights, fit_bodies, uprights
 from wpcal.calibrate import Sigma, SigmaSource
 from wpcal.calibrate.errors.of_bodies import MeetingPoints
-from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
+from wpcal.calibrate.moved import MovedBodies
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.trust.bodies import BodiesEvidence
@@ -20,10 +20,7 @@ RUNS = 4
 
 
 def fitted(part: Weldment, touches: Touches, true: Motions) -> MovedBodies:
-    contacts = contacts_of_uprights(GAP_MM)
-    return fit_moved_bodies(
-        touches, part.body, part.bodies, true.T_base_part, sigma_mm=SIGMA_MM, estimate=False, contacts=contacts
-    )
+    return part.moved(touches, true.T_base_part, SIGMA_MM, contacts=contacts_of_uprights(GAP_MM))
 
 
 def held(part: Weldment, true: Motions) -> Motions:

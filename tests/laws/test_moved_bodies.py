@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import null_space
+from scipy.stats import chi2, multivariate_normal, norm
 
 from tests.few import few
 from tests.weldments import Weldment, uprights
@@ -14,6 +16,7 @@ from wpcal.calibrate.moved import fit_moved_bodies
 from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.solve.bodies import BodiesFit
+from wpcal.calibrate.solve.bodies_problem import Whitened
 from wpcal.calibrate.solve.touches import Pose, fit_squares
 from wpcal.calibrate.trust import motion_evidence as evidence
 from wpcal.calibrate.trust.motion_evidence import judge_motion
@@ -103,6 +106,24 @@ def _p_of_rigid_parts(part: Weldment, runs: int) -> FloatArray:
     return np.array(p)
 
 
+def test_the_evidence_is_that_of_densities_and_of_a_weighted_fit() -> None:
+    """Of two bodies with strong and weak directions: the ratio in a simulation of its own, each body by its χ²."""
+    rng = np.random.default_rng(4)
+    J, B = rng.normal(size=(20, 3)), rng.normal(size=(20, 12)) * np.geomspace(3.0, 0.03, 12)[rng.permutation(12)]
+    r = rng.normal(size=20) + 0.3 * B @ rng.normal(size=12)
+    y, Z = (null_space(J.T).T @ each for each in (r, B))
+    models = [multivariate_normal(cov=np.eye(17) + s**2 * Z @ Z.T) for s in evidence.SCALES]
+    rows = np.vstack([y, rng.standard_normal((4000, 17))])
+    ratio = np.max([model.logpdf(rows) - models[0].logpdf(rows) for model in models], axis=0)
+    found = judge_motion(Whitened(r, J, B, np.arange(20), 0))
+    assert found.p_rigid == pytest.approx(np.mean(ratio[1:] >= ratio[0]), abs=0.025)  # three sampling errors
+    assert found.seen == pytest.approx(np.trace(np.linalg.solve(np.eye(17) + Z @ Z.T, Z @ Z.T)))
+    for b, own in enumerate((Z[:, :6], Z[:, 6:])):
+        W = np.linalg.inv(np.eye(17) + Z @ Z.T - own @ own.T)
+        square = y @ W @ own @ np.linalg.solve(own.T @ W @ own, own.T @ W @ y)
+        assert found.sigmas[b] == pytest.approx(norm.isf(chi2.sf(square, 6) / 2.0))
+
+
 def test_the_body_that_moved_is_named() -> None:
     rng = np.random.default_rng(6)
     part = uprights(6)
@@ -111,7 +132,7 @@ def test_the_body_that_moved_is_named() -> None:
     v[3] = [0.0, 0.0, 2.5]
     moved = Motions(part.bodies, true.T_base_part, true.omega, v)
     touches = part.touched(moved, SIGMA_MM, rng)
-    found = fit_moved_bodies(touches, part.body, part.bodies, true.T_base_part, sigma_mm=SIGMA_MM, estimate=False)
+    found = part.moved(touches, true.T_base_part, SIGMA_MM)
     assert found.evidence.has_moved
     assert [part.bodies.names[b] for b in found.moved] == ["U3"]
     assert "U3" in found.sentence()
@@ -174,9 +195,7 @@ def test_the_band_covers_seams_where_the_robot_has_an_error_of_its_own(is_stated
         off = field.amplitude_mm * root @ rng.standard_normal(places.shape)
         touches = replace(touches, p_base=touches.p_base + off[: len(touches)])
         stated = TeachingError(robot=field if is_stated else None)
-        found = fit_moved_bodies(
-            touches, part.body, part.bodies, true.T_base_part, sigma_mm=SIGMA_MM, estimate=False, teaching=stated
-        )
+        found = part.moved(touches, true.T_base_part, SIGMA_MM, teaching=stated)
         missed = _on_seams(part, found.fit.motions, _seam_points(part)) - seams - off[len(touches) :]
         inside.append(np.linalg.norm(missed, axis=1) <= meeting_errors(found.fit, _meeting(part, found.fit)).total_mm)
     assert (0.92 if is_stated else 0.88) <= np.mean(inside) <= 0.98  # 44 points of one part go together

@@ -47,7 +47,7 @@ def test_groups_lose_no_hit_and_add_none(name: str) -> None:
 def test_a_group_starts_with_each_owner_and_after_each_turn() -> None:
     way = np.array([[1.0, 0, 0]] * 5 + [[0, 1.0, 0]] * 5)
     assert first_of_groups(np.array([0] * 3 + [1] * 7), way).tolist() == [0, 3, 5]
-    assert first_of_groups(np.zeros(20, dtype=int), np.tile([1.0, 0, 0], (20, 1))).tolist() == [0, 8, 16]
+    assert first_of_groups(np.repeat([0, 1], [3, 17]), np.tile([1.0, 0, 0], (20, 1))).tolist() == [0, 3, 11, 19]
 
 
 def random_boxes(rng: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray]:

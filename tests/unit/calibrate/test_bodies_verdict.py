@@ -7,32 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.weldments import Weldment, uprights
+from tests.weldments import uprights
 from wpcal.calibrate import Sigma, SigmaSource
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import RobotField
-from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
-from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.trust.bodies import BodiesEvidence, unchecked_touches
 from wpcal.calibrate.trust.verdict import Verdict, VerdictKind, VerdictReason, judge_evidence
 from wpcal.core.issue import Issue
 
 SIGMA_MM = 0.05
-
-
-def fitted(
-    part: Weldment, touches: Touches, start: object, sigma_mm: float, teaching: TeachingError | None = None
-) -> MovedBodies:
-    return fit_moved_bodies(
-        touches,
-        part.body,
-        part.bodies,
-        start,
-        sigma_mm=sigma_mm,
-        estimate=False,
-        teaching=teaching,  # type: ignore[arg-type]
-    )
 
 
 def judged(
@@ -46,7 +30,7 @@ def judged(
     part = replace(part, bodies=part.bodies.scaled(scale, scale))
     true = part.drawn(rng, scale=min(1.0, 1.0 / scale))
     touches = part.touched(true, noise_mm, rng)
-    moved = fitted(part, touches, true.T_base_part, sigma_mm)
+    moved = part.moved(touches, true.T_base_part, sigma_mm)
     pairs = moved.fit.paired(touches, part.body)
     check = None
     if check_off_mm is not None:
@@ -93,12 +77,8 @@ def test_the_worst_seam_is_told_with_its_own_error_and_with_the_allowance_for_th
     part = uprights(6)
     true = part.drawn(rng)
     touches = part.touched(true, SIGMA_MM, rng)
-    without, moved = (
-        fitted(
-            part, touches, true.T_base_part, SIGMA_MM, teaching=TeachingError(tcp_bias_mm=each, robot=RobotField.none())
-        )
-        for each in (0.0, bias_mm)
-    )
+    tools = (TeachingError(tcp_bias_mm=each, robot=RobotField.none()) for each in (0.0, bias_mm))
+    without, moved = (part.moved(touches, true.T_base_part, SIGMA_MM, teaching=each) for each in tools)
     points = MeetingPoints.on(part.body, moved.fit.paired(touches, part.body).p_source)
     assert (meeting_errors(moved.fit, points).total_mm > meeting_errors(without.fit, points).total_mm + 0.02).all()
     own, names = meeting_errors(moved.fit, points).total_mm, [f"W{k}" for k in range(len(part.body))]
@@ -121,10 +101,10 @@ def test_a_touch_is_unchecked_where_the_tack_tolerance_hides_it() -> None:
     true = part.drawn(rng)
     touches = part.touched(true, SIGMA_MM, rng)
     loose = replace(part, bodies=part.bodies.scaled(10.0, 10.0))
-    names = unchecked_touches(fitted(loose, touches, true.T_base_part, SIGMA_MM), touches.names, SIGMA_MM)
+    names = unchecked_touches(loose.moved(touches, true.T_base_part, SIGMA_MM), touches.names, SIGMA_MM)
     assert set(names) >= {touches.names[i] for i in np.flatnonzero(part.body > 0).tolist()}
     tight = replace(part, bodies=part.bodies.scaled(0.1, 0.1))
-    names = unchecked_touches(fitted(tight, touches, true.T_base_part, SIGMA_MM), touches.names, SIGMA_MM)
+    names = unchecked_touches(tight.moved(touches, true.T_base_part, SIGMA_MM), touches.names, SIGMA_MM)
     assert not {touches.names[i] for i in np.flatnonzero(part.body > 0).tolist()} & set(names)
 
 
@@ -136,13 +116,11 @@ def test_a_body_beyond_its_tolerance_is_named_instead_of_its_touches(touches_eac
     v = true.v_mm.copy()
     v[3] += 9.0 * part.n[part.body == 3][0]
     touches = part.touched(replace(true, v_mm=v), SIGMA_MM, rng)
-    moved = fitted(part, touches, true.T_base_part, SIGMA_MM)
+    moved = part.moved(touches, true.T_base_part, SIGMA_MM)
     assert (moved.far, moved.wrong) == (("U3",), ())
     points = MeetingPoints.on(part.body, moved.fit.paired(touches, part.body).p_source)
-    stated = Sigma(SIGMA_MM, SigmaSource.STATED)
-    found = judge_evidence(
-        BodiesEvidence(moved, touches.names, points, ["W1"] * len(part.body), stated, None, (), 50.0)
-    )
+    stated, seams = Sigma(SIGMA_MM, SigmaSource.STATED), ["W1"] * len(part.body)
+    found = judge_evidence(BodiesEvidence(moved, touches.names, points, seams, stated, None, (), 50.0))
     assert found.kind is VerdictKind.FAIL
     assert found.sentence.startswith("body U3 is farther from its place in the model"), found.sentence
     assert "state a larger tolerance" in found.sentence

@@ -12,7 +12,6 @@ from tests.weldments import Weldment, uprights
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import RobotField
-from wpcal.calibrate.moved import fit_moved_bodies
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
@@ -64,8 +63,7 @@ def test_the_predicted_error_is_the_one_after_the_fit(robot: RobotField | None) 
     still = PART.drawn(np.random.default_rng(0), scale=0.0)
     touches = PART.touched(replace(still, T_base_part=T), 0.0, np.random.default_rng(0))
     teaching = None if robot is None else TeachingError(robot=robot, tcp_bias_mm=0.2)
-    stated = {"sigma_mm": SIGMA_MM, "estimate": False, "teaching": teaching}
-    found = fit_moved_bodies(touches, PART.body, PART.bodies, T, **stated).fit  # type: ignore[arg-type]
+    found = PART.moved(touches, T, SIGMA_MM, teaching=teaching).fit
     error = meeting_errors(found, OWN.seams.points)
     advice = advise_moved(MODEL, choices(PART, MODEL), OWN.seams, HowMany(len(PART.p)), teaching=teaching)
     assert advice.error_95_mm == pytest.approx(error.total_mm.max(), rel=1e-6)
