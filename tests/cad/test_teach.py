@@ -74,7 +74,8 @@ def test_a_key_per_row_until_it_is_enough(
     assert {(read.tool, read.frame, read.configuration) for read in kept if read} == {("7", "3", "S 2, T 35")}
     assert all(read and read.still_s >= STILL_S and read.joints_deg == list(robot.joints_deg) for read in kept)
     np.testing.assert_allclose(taught_from_table(table).R_base_tool, [T_BASE_PART.R] * 4, rtol=0, atol=1e-6)
-    typed_over = parse_table((tmp_path / "taught.csv").read_bytes().replace(b"V2,", b"V2,9", 1), path="")
+    was, now = (f"V2,{saved['V2'][0] + by:.3f}".encode() for by in (0.0, 0.002))
+    typed_over = parse_table((tmp_path / "taught.csv").read_bytes().replace(was, now, 1), path="")
     assert [read is None for read in readings_of_table(typed_over)] == [True, False, False, False]
     for name, read in saved.items():
         np.testing.assert_allclose(read, T_BASE_PART.apply(np.array(places[name])), rtol=0, atol=0.01)

@@ -19,6 +19,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.schemas import schema_text
 from wpcal.core.transform import RigidTransform
 from wpcal.pages.draw.torches import torches_svg
+from wpcal.robot.kinematics.urdf_bodies import capsule_around
 from wpcal.robot.torch.bodies import bodies_of_shape, mounted
 from wpcal.robot.torch.file import find_torch, shipped_torches
 from wpcal.robot.torch.shape import CONE_STEP_MM, USUAL_TORCH, Neck, TorchShape
@@ -167,6 +168,7 @@ def test_the_nozzle_of_a_short_tool_ends_at_its_flange():
         T_flange_tool = RigidTransform(np.eye(3), [0.0, 0.0, length_mm], "flange", "tool")
         (nozzle,) = bodies_of_shape(USUAL_TORCH, T_flange_tool)
         assert np.min(nozzle["hull_mm"], axis=0)[2] == pytest.approx(-length_mm, abs=1e-3)
+        assert 0.02 <= nozzle["capsules"][0]["radius_mm"] - capsule_around(nozzle["hull_mm"])[2] <= 0.03  # round-off
 
 
 @SHAPES

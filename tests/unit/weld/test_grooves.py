@@ -10,7 +10,7 @@ from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
-from wpcal.weld.find import find_welds
+from wpcal.weld.find import _in_groove, find_welds
 from wpcal.weld.groove import measure_groove
 from wpcal.weld.place import StatedWeld
 from wpcal.weld.rules import shipped_rules
@@ -94,8 +94,8 @@ def test_a_groove_has_the_numbers_it_was_built_of(kind, at):
     R, p = seam.frames.R[3], seam.frames.p[3]
     root = p + R @ [0, found.y_mm, found.z_mm]
     np.testing.assert_allclose(root[1:], [0.0, t / 2 if both else 0.0], rtol=0, atol=ATOL)
-    height = R @ [0, -math.sin(found.tilt_rad), math.cos(found.tilt_rad)]
-    np.testing.assert_allclose(height, [0, 0, 1], rtol=0, atol=1e-9)
+    laid = _in_groove(seam, found).frames.R
+    np.testing.assert_allclose(laid[:, :, 2], np.tile([0.0, 0.0, 1.0], (len(laid), 1)), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)
