@@ -142,15 +142,15 @@ class RealCell:
         for name, mesh in self.robot.meshes.items():
             self.bodies.append((name, "robot", self.robot.moved_by(name), bvh(*mesh), np.eye(4)))
         for shape in robot["torch"]:
-            for capsule in shape["capsules"]:
-                self.bodies.append((shape["name"], "torch", TORCH, *self._capsule(capsule)))
+            # the ball at the end of a capsule is beyond the mouth of a nozzle
+            own = [self._hull(shape)] if "hull_mm" in shape else [self._capsule(one) for one in shape["capsules"]]
+            self.bodies += [(shape["name"], "torch", TORCH, *one) for one in own]
         if self.turn is not None:
             for name, mesh in self.turn.meshes.items():
                 row = self.turn.moved_by(name)
                 self.bodies.append((f"positioner {name}", "turn", row, bvh(*mesh), np.eye(4)))
         for shape in record["bench"]:
-            hull = trimesh.convex.convex_hull(np.array(shape["hull_mm"]))
-            self.bodies.append((shape["name"], "bench", 0, bvh(hull.vertices, hull.faces), np.eye(4)))
+            self.bodies.append((shape["name"], "bench", 0, *self._hull(shape)))
         floor = fcl.CollisionObject(fcl.Box(1e5, 1e5, FLOOR_MM), fcl.Transform())
         low = matrix([0, 0, record.get("floor_z_mm", 0.0) - FLOOR_MM / 2], [0, 0, 0])
         self.bodies.append(("floor", "floor", 0, floor, low))
@@ -158,6 +158,11 @@ class RealCell:
             points = np.ascontiguousarray(part.reshape(-1, 3))
             self.bodies.append(("part", "part", 9, bvh(points, np.arange(len(points)).reshape(-1, 3)), np.eye(4)))
         self._pairs = self._managed()
+
+    @staticmethod
+    def _hull(shape: dict[str, Any]) -> tuple[Any, Array]:
+        hull = trimesh.convex.convex_hull(np.array(shape["hull_mm"]))
+        return bvh(hull.vertices, hull.faces), np.eye(4)
 
     @staticmethod
     def _capsule(capsule: dict[str, Any]) -> tuple[Any, Array]:
