@@ -20,6 +20,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.sequence.kept_plan import with_digest
 from wpcal.robot.kinematics.arm_file import read_arm
 from wpcal.robot.kinematics.urdf import read_urdf
 
@@ -55,7 +56,9 @@ class Audited:
 
 def audited_targets() -> dict[str, Target]:
     """Return the audit of every kind of file that it knows."""
-    records = {name.split("/")[1]: json.dumps(one).encode() for name, one in sample_records().items()}
+    samples = {name.split("/")[1]: one for name, one in sample_records().items()}
+    plans = {name: with_digest({**one, "made_from": {}}) for name, one in samples.items() if "digest" in one}
+    records = {name: json.dumps(one).encode() for name, one in (samples | plans).items()}
     touches = json.loads(records["touches"])
     records["touches"] = json.dumps({**touches, "arm": _arm()}).encode()  # what its schema asks of an arm is not all
     cell, arm = (FIXTURES / "cells" / "two-mh6.json").read_bytes(), json.dumps(_arm()).encode()

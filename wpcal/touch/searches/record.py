@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -85,9 +84,13 @@ def _search_record(search: Search) -> dict[str, Any]:
         "joints_deg": _degrees(search.joints),
         "via_joints_deg": _degrees(search.via_joints),
         "body": search.body,
-        "serves": None if search.serves is None else asdict(search.serves),
+        "serves": None if search.serves is None else _served_record(search.serves),
         "axis": None if search.axis is None else search.axis.tolist(),
     }
+
+
+def _served_record(served: Served) -> dict[str, Any]:  # a touch of a plan has more fields
+    return {"seam": served.seam, "before_mm": served.before_mm, "after_mm": served.after_mm}
 
 
 def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
