@@ -99,7 +99,7 @@ class Member:
         area = max(self.length_mm, self.section[0]) * self.section[1]
         return bool(self.thickness_mm <= SLENDER_PLATE * np.sqrt(area))
 
-    def is_within(self, other: Member) -> bool:
+    def is_as_thin(self, other: Member) -> bool:
         """Tell whether this member is not thicker than another."""
         return self.thickness_mm <= other.thickness_mm + FLUSH_MM
 
@@ -160,9 +160,9 @@ class Decomposition:
         if self.are_parallel_plates:
             return any(one.faces & other.faces for one, other in combinations(self.members, 2))
         most = max(self._plates, key=lambda one: one.thickness_mm)
-        is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) and one.is_within(most) for one in self.members)
+        is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) and one.is_as_thin(most) for one in self.members)
         on_one_face = frozenset.intersection(*(one.faces for one in self.members))
-        return is_flat and bool(on_one_face) and any(not most.is_within(one) for one in self.members)
+        return is_flat and bool(on_one_face) and any(not most.is_as_thin(one) for one in self.members)
 
     @property
     def _plates(self) -> list[Member]:
@@ -174,7 +174,7 @@ class Decomposition:
         pairs = [
             (one, most)
             for one, most in permutations(self._plates, 2)
-            if one.faces & most.faces and abs(one.axis @ most.axis) > ON_COS and not most.is_within(one)
+            if one.faces & most.faces and abs(one.axis @ most.axis) > ON_COS and not most.is_as_thin(one)
         ]
         return frozenset().union(*(one.faces - most.faces for one, most in pairs))
 
