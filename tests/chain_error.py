@@ -1,7 +1,5 @@
 """How far the closed chain of two robots is open: an independent measure of plans that are closed by construction."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.core.arrays import FloatArray

@@ -1,7 +1,5 @@
 """Three cluttered cells for moves through the air: boxes on all sides, a frame on a positioner, a narrow shelf."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple

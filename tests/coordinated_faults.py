@@ -1,7 +1,5 @@
 """Faults of coordinated programs of two robots: their motion, read from the text, against the planned seam."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

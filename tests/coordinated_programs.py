@@ -6,8 +6,6 @@ part, robot 2 by joints or on lines (`coordinated_faults` judges that). The kine
 matrices. Sources of what the languages do: the writers (`coordinated.py` of each maker).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field

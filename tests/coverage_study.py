@@ -1,7 +1,5 @@
 """Tests whether 95 % of simulated errors stay below the predicted 95 % error."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

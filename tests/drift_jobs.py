@@ -1,7 +1,5 @@
 """Jobs of one part with planted changes, as arrays and as folders of `wpcal batch`."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The first, cheap cases of a test at each push, and the others in `make deep` (CONTRIBUTING.md, Tests)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

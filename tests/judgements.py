@@ -5,8 +5,6 @@ one robot, audit and verification. Each place adds what it says about a fact; `d
 which two places differ.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

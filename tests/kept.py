@@ -1,7 +1,5 @@
 """What tests need and do not test, found once in a run: the worker that asks first finds it, the others read it."""
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import os

@@ -4,8 +4,6 @@ The moves between ARC ON and ARC OFF come from `tests.program_text`. Sources of 
 `wpcal.robot.moves.interpolation`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Cells with one robot for tests: the shipped mh6 with the bodies of the cell of two, fixed part or positioner."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import json

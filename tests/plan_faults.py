@@ -1,7 +1,5 @@
 """Faults of a whole plan of one robot, found without wpcal: from the written files, the URDF files and real meshes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ Every instruction goes from one place of the plan to a later one. The places bet
 straight move in the joints that the controller makes of it, and configurations must be those of the joints.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from typing import Any

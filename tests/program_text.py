@@ -5,8 +5,6 @@ joints by their names, and its routines: moves to these names, and the comments 
 positions are joints states no frame. Sources of the languages: the writers.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterable, Iterator, Mapping

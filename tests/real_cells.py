@@ -3,8 +3,6 @@
 The planner's own bodies are convex hulls and capsules; here the triangles of the meshes themselves are compared.
 """
 
-from __future__ import annotations
-
 import json
 import xml.etree.ElementTree as ET
 from pathlib import Path

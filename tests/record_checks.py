@@ -1,7 +1,5 @@
 """Every record that wpcal writes follows the JSON Schema that it names: checked wherever a test writes one."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """Fake controllers for the links: one robot, its protocols, and the faults of a network."""
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import hashlib

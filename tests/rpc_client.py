@@ -1,7 +1,5 @@
 """A client of `wpcal rpc` for tests: it checks every line against its schema, and can see the worker's process."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import os

@@ -1,7 +1,5 @@
 """Two ways to run `wpcal` in a test: in this process, which is quick, and in one of its own, as a user does."""
 
-from __future__ import annotations
-
 import io
 import subprocess
 import sys

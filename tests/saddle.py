@@ -1,7 +1,5 @@
 """The saddle of the fixtures and one search for its plans, which all tests of a run read."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -6,8 +6,6 @@ winding number of its solids' triangles says so; points on edges of the part are
 `pytest -m deep -rP tests/e2e/test_second_judge.py` shows a row for each program.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path

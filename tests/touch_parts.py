@@ -1,7 +1,5 @@
 """Parts for tests of touch plans: saved graphs with their accepted seams."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from tests.saved_graphs import saved_graph, saved_seams

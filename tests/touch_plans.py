@@ -3,8 +3,6 @@
 `python -m tests.touch_plans` writes it again, and `fixtures/tee/two_touches`.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

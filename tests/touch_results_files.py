@@ -1,7 +1,5 @@
 """Results files of touch programs as controllers write them (docs/reference/touch-results.md), made for tests."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -3,8 +3,6 @@
 Nothing here uses the formulas with which a plan is chosen. The contact is found on the true surface by moving the wire.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

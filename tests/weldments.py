@@ -1,7 +1,5 @@
 """A weldment of plane faces whose plates moved: touches of it, and where its seams really are."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Weldments of real parts whose bodies moved: touches on their faces, and where their seams really are."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Complete programs of parts with arms, judged by other kinematics and real meshes."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

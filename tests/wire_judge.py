@@ -4,8 +4,6 @@ A point is inside where the winding number of the triangles says so (Van Oostero
 triangle, 1983).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

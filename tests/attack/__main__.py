@@ -1,7 +1,5 @@
 """`make attack`: every fault, many times, with a table of counts. Ends with 1 if a result was lost or mixed."""
 
-from __future__ import annotations
-
 import random
 import shutil
 import signal

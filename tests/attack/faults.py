@@ -3,8 +3,6 @@
 The same input gives the same bytes, so every file is compared with a run that nothing disturbed.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import resource

@@ -1,7 +1,5 @@
 """Signals against `wpcal pick`, while it reads the part and while it serves: nothing typed is lost, nothing stays."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import os

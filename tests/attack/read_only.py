@@ -1,7 +1,5 @@
 """A disk mounted read-only: what is on it is read, and what would be written on it is refused in one line, at once."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

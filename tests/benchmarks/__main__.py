@@ -3,8 +3,6 @@
 `-m tests.benchmarks seams` and `-m tests.benchmarks assemblies` have options of their own (`--help`).
 """
 
-from __future__ import annotations
-
 import importlib
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Advised points against random ones and the nearest corners: predicted and simulated error along the seams."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

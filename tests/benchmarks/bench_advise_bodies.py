@@ -1,7 +1,5 @@
 """What touches chosen for moved bodies gain, and whether their predicted error holds, where weldments are simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -6,8 +6,6 @@ and each command are processes of their own, without the cache, and take turns; 
 are of a process and its children, memory of the largest one. The ratio asked for is that of processor times.
 """
 
-from __future__ import annotations
-
 import argparse
 import tempfile
 from collections.abc import Iterator, Sequence

@@ -3,8 +3,6 @@
 `WPCAL_BENCH_JOBS` sets the number of jobs.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 from pathlib import Path

@@ -4,8 +4,6 @@
 each counts. The first run with Dask also starts the processes for jobs in both workers and is shown apart.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 from pathlib import Path

@@ -3,8 +3,6 @@
 `WPCAL_BENCH_JOBS` sets the number of jobs (10 000). The part is the small sample tee.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -3,8 +3,6 @@
 The first time, the commands run one after the other, so that each finds what those before it kept.
 """
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The numbers asked of the calibrator, measured in this run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

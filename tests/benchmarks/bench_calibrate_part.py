@@ -1,7 +1,5 @@
 """What a user waits for at the prompt; `bench_assemblies` measures the main job on large parts (`--part`)."""
 
-from __future__ import annotations
-
 import tempfile
 from functools import reduce
 from pathlib import Path

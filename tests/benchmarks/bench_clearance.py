@@ -1,7 +1,5 @@
 """Clearances of two arms: capsules, hulls in the order of their bounds, every hull, raw meshes; and a whole path."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

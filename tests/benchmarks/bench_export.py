@@ -3,8 +3,6 @@
 To reach: at most 0.5 s a format.
 """
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

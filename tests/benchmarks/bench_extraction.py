@@ -6,8 +6,6 @@ parameters, as most CAD systems do. Each size runs in a process of its own, whos
 stated. Times are processor times, the least of `REPEATS` runs.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import resource

@@ -5,8 +5,6 @@ The kernel is asked for the same numbers as it would be without `BrepGraph`: `BR
 the nearest point (`ShapeAnalysis_Surface`, with the point before as start) and `D1` there.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

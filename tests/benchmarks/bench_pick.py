@@ -5,8 +5,6 @@ the text of the table, names to features, the fit, the errors at every seam's fr
 structures with hundreds of seams (`tests.samples.steel_structure`).
 """
 
-from __future__ import annotations
-
 import http.client
 import json
 import tempfile

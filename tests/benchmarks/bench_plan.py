@@ -1,7 +1,5 @@
 """Plans for two robots: the deterministic front, what it holds to, and the genetic algorithm beside it."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,8 +5,6 @@ not). Both carry 500 seams of 16 frames at 10 000 faces. The page is asked for i
 tessellation.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 import tempfile

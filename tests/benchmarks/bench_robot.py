@@ -1,7 +1,5 @@
 """Robot: speed of the kinematics, and identification beside its peers, all measured in this run."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from pathlib import Path

@@ -4,8 +4,6 @@ The bare fit is `cad.workpiece.fit_taught.run_fit` on what is prepared; a refit 
 client to its answer.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

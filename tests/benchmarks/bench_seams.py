@@ -3,8 +3,6 @@
 Own parts: `--lists FOLDER`, with STEP files beside the lists. Another program: `--seams FILE`, as in seams.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

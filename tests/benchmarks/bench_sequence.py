@@ -1,7 +1,5 @@
 """Plans of one robot on a bracket of about 30 seams: processor time of `plan` and `place`, with public URDF arms."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path

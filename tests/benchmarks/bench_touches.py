@@ -6,8 +6,6 @@ these touches the best 3-2-1 is taken. Both are simulated with the wire as a cyl
 is known, as after a touch on a post.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

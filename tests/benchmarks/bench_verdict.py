@@ -1,7 +1,5 @@
 """Verdicts of simulated calibrations against the truth: PASS with a seam outside, FAIL with all seams inside."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Verdicts where the robot has a smooth error of its own: coverage of the band, and PASS beside an oracle."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

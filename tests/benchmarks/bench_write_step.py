@@ -3,8 +3,6 @@
 The raw reader is the kernel's own `STEPControl_Reader`, parsing and transfer. The large file is an assembly of boxes.
 """
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the processes of a batch do in tests: jobs that work, crash, hang, or are killed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

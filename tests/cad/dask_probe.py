@@ -1,7 +1,5 @@
 """What jobs on a Dask worker do in tests: work, crash, hang, or need too much memory. Their points say which."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

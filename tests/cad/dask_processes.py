@@ -1,7 +1,5 @@
 """A Dask scheduler and workers on this machine, as a user starts them: processes of their own."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

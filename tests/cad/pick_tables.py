@@ -1,7 +1,5 @@
 """Tables of the picker, small and without a part: what the tests of its table and of its draft need."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast

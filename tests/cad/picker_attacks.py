@@ -1,7 +1,5 @@
 """What is sent to the picker's server in attacks; `{path}` is the secret path of the page, `{host}` its address."""
 
-from __future__ import annotations
-
 import json
 
 from cad.session.rows import NEW_COLUMNS

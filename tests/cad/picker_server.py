@@ -1,7 +1,5 @@
 """A picker's server in a thread of the test, and ways to talk to it."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import socket

@@ -1,7 +1,5 @@
 """What the tests run in a child process: read a STEP file, write it moved, and say in plain values what came of it."""
 
-from __future__ import annotations
-
 
 def crash() -> None:
     """Write on standard output as the kernel does, then end as a null pointer would."""

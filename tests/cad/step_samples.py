@@ -1,7 +1,5 @@
 """Small STEP files made with the kernel's own writer, for the tests of reading and writing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy

@@ -1,7 +1,5 @@
 """Print how files are moved, for docs/reading-real-files.md: ``python tests/cad/table_of_real_files.py FOLDER``."""
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from pathlib import Path

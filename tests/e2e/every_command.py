@@ -1,7 +1,5 @@
 """Every command of wpcal with arguments that make it do its work, and a folder with the files that they name."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

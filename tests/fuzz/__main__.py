@@ -7,8 +7,6 @@ changed further. This tries more inputs in the same time, and finds what numbers
 ``--atheris`` (extra `fuzz`) inputs that reach new lines are changed further.
 """
 
-from __future__ import annotations
-
 import argparse
 import random
 import resource

@@ -4,8 +4,6 @@ Three things are checked. The audit ends with a report that can be written down.
 read by the reader of its kind. A file that the audit lists with faults is not called clean by its count.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

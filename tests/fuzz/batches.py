@@ -1,7 +1,5 @@
 """What a batch leaves and what reads it: kept answers, `wpcal drift` over folders, `wpcal verify` of a request."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Mapping

@@ -7,8 +7,6 @@ processor time after the reading, and results without NaN in which `wpcal audit`
 something else happened.
 """
 
-from __future__ import annotations
-
 import argparse
 import faulthandler
 import json

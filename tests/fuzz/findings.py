@@ -1,7 +1,5 @@
 """Inputs with which a reader did something wrong once: kept as small files, and tested in CI."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

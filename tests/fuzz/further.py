@@ -3,8 +3,6 @@
 A reader may accept what the next step cannot use. That step must then refuse it in the same clear way.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re

@@ -1,7 +1,5 @@
 """Give one input to a reader, and say what is wrong with what the reader does."""
 
-from __future__ import annotations
-
 import signal
 import time
 import traceback

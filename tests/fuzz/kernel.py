@@ -6,8 +6,6 @@ A crash of the kernel is no finding: commands say in one line that the kernel ca
 exceptions of other kinds than wpcal's own. Ends with 1 if there are any.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

@@ -1,7 +1,5 @@
 """Wrong inputs from right ones: bytes, lines, numbers and JSON values are changed, pieces are repeated."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random

@@ -3,8 +3,6 @@
 Most of them pass the reader of the text, and many the kernel. They reach the code that judges what the kernel built.
 """
 
-from __future__ import annotations
-
 import random
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Lines of a client of `wpcal rpc`: read, checked, and answered by the methods that write no file."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from pathlib import Path

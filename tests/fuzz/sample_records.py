@@ -1,7 +1,5 @@
 """A small record of every schema, made from the schema itself, so that no kind of record can be forgotten."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

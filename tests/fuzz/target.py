@@ -1,7 +1,5 @@
 """What is fuzzed: a reader as a function of bytes, with inputs that it accepts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

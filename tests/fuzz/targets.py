@@ -1,7 +1,5 @@
 """Every reader of wpcal as a function of bytes, with inputs that it accepts."""
 
-from __future__ import annotations
-
 import json
 from contextlib import suppress
 from functools import cache

@@ -1,7 +1,5 @@
 """Results of touch programs, and the plan of touches, as readers of bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

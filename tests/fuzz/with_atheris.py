@@ -5,8 +5,6 @@
 atheris 3 (Apache-2.0) is in the extra `fuzz`. It ends the process itself, so findings are written at once.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 import tempfile

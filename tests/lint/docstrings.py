@@ -4,8 +4,6 @@ A public function or method with an array among its parameters says "shape" in i
 function that does not, and then exits with 1.
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from collections.abc import Iterator

@@ -4,8 +4,6 @@ Rooms are the folders and files directly in `wpcal`, and `cad`. An arrow is one 
 names what has one name and what is not declared, `--large` the large functions.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

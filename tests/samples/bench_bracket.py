@@ -1,7 +1,5 @@
 """A bracket to time planning with: five plates, two gussets and a tube post, about 30 seams."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from cad.kernel.call import kernel_call

@@ -1,7 +1,5 @@
 """Small parts with members that are bolted, and others that only look so. No bolt is in the file unless said."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 What stands on the base does not overlap, so every seam between two solids is one that a welder would see.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

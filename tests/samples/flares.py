@@ -1,7 +1,5 @@
 """Tubes with rounded edges and round bars side by side: parts with flare grooves that anybody can compute."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

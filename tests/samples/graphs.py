@@ -3,8 +3,6 @@
 `python -m tests.samples.graphs FOLDER` writes all of them, and those of the sample parts.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable

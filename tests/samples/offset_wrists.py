@@ -7,8 +7,6 @@ origins, axes, limits and speeds as in ``crx10ia_urdf_macro.xacro`` of FANUC-COR
 250d3fa, with which its forward kinematics agree to 1e-12 mm (J3 is counted from the upper arm, as there).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.robot.kinematics.arm import Arm, Joint

@@ -3,8 +3,6 @@
 `python -m tests.samples.plates FOLDER` writes them.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

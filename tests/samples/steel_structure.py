@@ -4,8 +4,6 @@ Benchmarks measure reading and seam finding on it (`tests/benchmarks/bench_extra
 geometry in the file, as in files of CAD systems whose parts were drawn one by one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -3,8 +3,6 @@
 `python -m tests.samples.uprights FOLDER` writes it.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The parts with which a newcomer is walked: three of our own, and three public ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """One way to run the exported touch program of any controller, and to take the files that a person copies from it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

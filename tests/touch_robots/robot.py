@@ -4,8 +4,6 @@ What a language knows (frames, tools, signals) is in the module of that language
 part stands, where on the flange the wire is, how late the controller notices a contact, and how it stops.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

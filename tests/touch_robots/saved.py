@@ -1,7 +1,5 @@
 """What a person copies from a controller after a run: its registers and variables, as its files hold them."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -3,8 +3,6 @@
 Faces are cut into triangles no further than `DEFLECTION_MM` from them, so plane faces are exact.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 from typing import Any

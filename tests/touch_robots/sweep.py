@@ -5,8 +5,6 @@ triangle, a point of a rim at the inside of a triangle, or a rim or side at an e
 corner is on the side to which the wire is pushed, so that a push straight into a plane is exact.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tests.touch_robots.solid import Array

@@ -1,7 +1,5 @@
 """Play many corrected programs, and count what is promised and what is true: ``python -m tests.touch_ups.study``."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

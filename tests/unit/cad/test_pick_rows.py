@@ -1,7 +1,5 @@
 """The table in the picker's page: nothing that goes in is changed on its way to the file, and faults name their row."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from cad.step.part21 import Part21File, index_part21

@@ -1,7 +1,5 @@
 """The verdict on a weldment whose bodies may have moved: never PASS on what nothing tests."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Seams follow the robot's own error where the touches tell of one, and only there."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

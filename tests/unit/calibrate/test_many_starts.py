@@ -1,7 +1,5 @@
 """Nasty problems, solved again by a method that shares nothing with ours: random rotations and SLSQP."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize

@@ -1,7 +1,5 @@
 """The weighted fit always ends, and nothing better is found by another method, also where a coordinate has a slip."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import least_squares

@@ -1,7 +1,5 @@
 """What a shop says once: who comes first, what is refused, and that a result says where its options came from."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

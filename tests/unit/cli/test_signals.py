@@ -1,7 +1,5 @@
 """What the command line says after a signal that asks it to end."""
 
-from __future__ import annotations
-
 import signal
 import threading
 import time

@@ -1,7 +1,5 @@
 """How commands start: threads, and packages of others beside them."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Plain files of frames, and offsets."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Links against fake controllers: what they read, what they ask, and what never becomes a row."""
 
-from __future__ import annotations
-
 import contextlib
 import random
 import socket

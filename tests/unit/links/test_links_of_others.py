@@ -1,7 +1,5 @@
 """The fakes as clients of others see them, and our client at a server of others. These packages are no dependencies."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

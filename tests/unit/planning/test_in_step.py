@@ -1,7 +1,5 @@
 """Texts of two robots are swept with the wire, the mesh of the held part and the way from home; the audit does so."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

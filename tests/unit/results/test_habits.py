@@ -1,7 +1,5 @@
 """What a shop decides again and again becomes a rule, and what it decides only sometimes does not."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Torches as files: the shipped ones, a person's own, and what is refused."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Touches for a weldment whose bodies may move: the choice against all, its order, and what cannot be reached."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import combinations
 

@@ -3,8 +3,6 @@
 The answer stands in each case before the jobs are simulated.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Reference features of parts whose every size is known: a milled block, rounded boxes, brackets; all saved graphs."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections import Counter

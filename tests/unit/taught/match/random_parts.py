@@ -1,7 +1,5 @@
 """Random parts and touches for the tests of points without names."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray, frozen

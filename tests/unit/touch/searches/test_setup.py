@@ -1,7 +1,5 @@
 """The touch setup of a cell: its template, and what is refused."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import fields, is_dataclass
 from pathlib import Path
