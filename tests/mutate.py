@@ -2,15 +2,13 @@
 
 Each mutant changes one comparison, operator, sign, constant or `not` of the library. It runs in a copy of the project
 against the tests that reach its file (`tests.near`), the nearest first, until one fails. A mutant that survives names a
-line whose value no test asserts.
+line whose value no test asserts. Mutants that change no result (`tests/equal_mutants.toml`) are not drawn.
 
     --most N     how many mutants (40)
     --seed N     of the draw (1)
-    --files N    how many test files each one meets (12)
+    --files N    how many test files each one meets (24)
     --all        all lines of the files and folders, not only those that changed since origin/main
 """
-
-from __future__ import annotations
 
 import argparse
 import ast
@@ -21,10 +19,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+
+import pytest
 
 from tests.near import ROOT, changed_files, near_tests
 
@@ -35,7 +36,11 @@ LEFT_OUT = (".git", ".venv*", ".*_cache", ".hypothesis", "out", "out-*", "node_m
 """Of the copy of the project; `.ci` and `outputs.py` are in it."""
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not deep")
 FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
-LIMIT_S = 300  #: A mutant that runs longer than this is found: it does not end.
+PASSED = (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED)
+BATCH = 8  #: Test files that one process runs.
+LIMIT_S = 400  #: A mutant that runs longer than this is found, if the tests are done in that time without it.
+EQUAL: dict[str, dict[str, str]] = tomllib.loads((ROOT / "tests/equal_mutants.toml").read_text(encoding="utf-8"))
+NO_END = "no end within the limit"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +59,16 @@ class Mutant:
         row = rows[self.line - 1].encode()
         rows[self.line - 1] = (row[: self.start] + self.text.encode() + row[self.end :]).decode()
         return "\n".join(rows)
+
+    def is_equal(self) -> bool:
+        """Whether the list of equal mutants has it: by its line with the change, wherever the line is now."""
+        if (name := str(self.path.relative_to(ROOT))) not in EQUAL:
+            return False
+        return self.changed(self.path.read_text(encoding="utf-8")) in EQUAL[name]
+
+    def changed(self, source: str) -> str:
+        """Return the code of the line with the change."""
+        return self.apply(source).split("\n")[self.line - 1].partition("  #")[0].strip()
 
 
 def mutants_of(path: Path) -> Iterator[Mutant]:
@@ -112,20 +127,34 @@ def survives(mutant: Mutant, copy: Path, most_files: int) -> bool:
     names = [str(path.relative_to(ROOT)) for path in near_tests([mutant.path])[:most_files]]
     target = copy / mutant.path.relative_to(ROOT)
     source = target.read_text(encoding="utf-8")
-    target.write_text(mutant.apply(source), encoding="utf-8")
+    for some in batched(names):
+        target.write_text(mutant.apply(source), encoding="utf-8")
+        try:
+            failed = failures(some, copy)
+        finally:
+            target.write_text(source, encoding="utf-8")
+        if failed:
+            if again := failures(failed if failed != [NO_END] else some, copy):
+                raise SystemExit(f"{' '.join(again)}: so without a mutant, too")
+            return False
+    return True
+
+
+def batched(names: list[str]) -> list[list[str]]:
+    """Return the files that one process runs each: few find most mutants."""
+    return [names[first : first + BATCH] for first in range(0, len(names), BATCH)]
+
+
+def failures(tests: list[str], copy: Path) -> list[str]:
+    """Return what fails first among some tests; `NO_END` when they do not end."""
     try:
         ended = subprocess.run(
-            [*PYTEST, *names], cwd=copy, capture_output=True, timeout=LIMIT_S, check=False, text=True
+            [*PYTEST, *tests], cwd=copy, capture_output=True, timeout=LIMIT_S, check=False, text=True
         )
     except subprocess.TimeoutExpired:
-        return False
-    finally:
-        target.write_text(source, encoding="utf-8")
-    if failed := FAILED.search(ended.stdout):
-        again = subprocess.run([*PYTEST, failed[1]], cwd=copy, capture_output=True, check=False, text=True)
-        if again.returncode:
-            raise SystemExit(f"{failed[1]} fails without a mutant, too:\n{again.stdout[-2000:]}")
-    return not names or ended.returncode == 0
+        return [NO_END]
+    failed = FAILED.findall(ended.stdout)
+    return failed[:1] or (tests if ended.returncode not in PASSED else [])
 
 
 def main() -> int:
@@ -134,7 +163,7 @@ def main() -> int:
     parser.add_argument("paths", nargs="*", type=Path)
     parser.add_argument("--most", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--files", type=int, default=12)
+    parser.add_argument("--files", type=int, default=24)
     parser.add_argument("--all", action="store_true")
     asked = parser.parse_args()
     given = [path.resolve() for path in asked.paths] or changed_files()
@@ -142,7 +171,7 @@ def main() -> int:
     library = [path for path in paths if path.suffix == ".py" and path.relative_to(ROOT).parts[0] in ("wpcal", "cad")]
     mutants = [one for path in library for one in mutants_of(path) if asked.all or one.line in changed_lines(path)]
     drawn = random.Random(asked.seed).sample(mutants, len(mutants))
-    parsed = (one for one in drawn if is_python(one.apply(one.path.read_text(encoding="utf-8"))))
+    parsed = (one for one in drawn if is_python(one.apply(one.path.read_text(encoding="utf-8"))) and not one.is_equal())
     chosen = list(islice(parsed, asked.most))
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "wpcal"

@@ -11,6 +11,7 @@ import pytest
 
 import wpcal
 from tests.lint.skips import MOST_SKIPS, unexpected_skips
+from tests.mutate import EQUAL, mutants_of
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -60,3 +61,9 @@ def test_every_module_can_be_imported():
     for module in pkgutil.walk_packages(wpcal.__path__, "wpcal."):
         if not module.name.endswith("__main__"):
             import_module(module.name)
+
+
+@pytest.mark.parametrize("name", EQUAL)
+def test_every_equal_mutant_is_one_of_its_file(name):
+    source = (ROOT / name).read_text(encoding="utf-8")
+    assert set(EQUAL[name]) <= {one.changed(source) for one in mutants_of(ROOT / name)}
