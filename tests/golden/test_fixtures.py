@@ -3,20 +3,22 @@
 `pytest tests/golden --regenerate` writes them anew; a person then reads the difference before it is committed.
 """
 
-from __future__ import annotations
-
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.running import run_here
 from wpcal.core.records import read_json, to_json
 from wpcal.core.result_files import PART_FILE
+from wpcal.core.schemas import schema, schema_names
 from wpcal.results.diff import assert_calibration_close, assert_seams_close
 from wpcal.results.folder import RECORD_SCHEMAS
 
@@ -85,6 +87,29 @@ def test_the_golden_results_were_made_from_these_files() -> None:
         for source in record["inputs"].values():
             path = FIXTURES / name / source["file"]
             assert hashlib.sha256(path.read_bytes()).hexdigest() == source["sha256"], path
+
+
+BOUNDS = re.compile("const|pattern|default|(min|max|exclusiveM).*")
+
+
+def bounds(node: Any, place: str) -> Iterator[str]:
+    """Yield every bound of a schema with the fields on the way to it."""
+    for key, value in node.items() if isinstance(node, dict) else enumerate(node if isinstance(node, list) else ()):
+        if BOUNDS.fullmatch(str(key)) and not isinstance(value, dict):
+            yield f"{place} {key} {value}\n"
+        else:
+            yield from bounds(
+                value, place if isinstance(key, int) or key in ("properties", "$defs") else f"{place}.{key}"
+            )
+
+
+def test_the_bounds_of_all_fields_of_records_are_the_golden_ones(regenerate: bool) -> None:
+    """A changed bound is a changed file format: CHANGELOG.md says it."""
+    golden = FIXTURES / "record_bounds.txt"
+    found = "".join(sorted({row for name in schema_names() for row in bounds(schema(name), name)}))
+    if regenerate:
+        golden.write_text(found, encoding="utf-8")
+    assert found.splitlines() == golden.read_text(encoding="utf-8").splitlines()
 
 
 def test_regenerating_is_refused_where_ci_is_set() -> None:

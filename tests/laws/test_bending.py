@@ -9,8 +9,9 @@ import pytest
 from tests.weldments import Planes, Weldment
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
 from wpcal.calibrate.observe.bending import MODES, find_bends
-from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.solve.bodies_problem import Problem
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import exp_rotation
@@ -20,6 +21,7 @@ LENGTH_MM, HEIGHT_MM, THICK_MM = 1200.0, 120.0, 8.0
 AXIS, NORMAL, UP = np.eye(3)
 CENTRE = np.array([0.0, 0.0, HEIGHT_MM / 2.0])
 NODES = 241  #: Of the differences: 5 mm apart; the shortest mode that is fitted has a wave of 280 mm.
+SMALL_SLOPE = 2e-3  #: Derivatives by an amplitude of bending are those of small slopes: this share of them is left.
 SEAM_S = np.linspace(-LENGTH_MM / 2.0, LENGTH_MM / 2.0, 13)
 
 
@@ -164,6 +166,28 @@ def test_derivatives_are_those_of_the_motion() -> None:
         more = replace(at, bend_mm=at.bend_mm + h * np.eye(MODES)[k - 12])
         assert np.allclose((more.apply(part.body, part.p) - at.apply(part.body, part.p)) / h, J[:, :, k], atol=0.02)
     assert np.abs(at.material(part.body, at.apply(part.body, part.p)) - part.p).max() < 1e-9
+
+
+def test_the_slope_of_the_sum_of_squares_is_its_gradient() -> None:
+    """With motions, bending, a kept contact and two shared errors at once, each with values of its own."""
+    part, rng = plate(), np.random.default_rng(7)
+    bodies, true, n = part.bodies, part.drawn(rng, scale=2.0), len(part.p)
+    shared = rng.normal(size=(n, 3, 2))
+    own = np.tile(SIGMA_MM**2 * np.eye(3), (n, 1, 1)) + shared @ shared.transpose(0, 2, 1)
+    touches = replace(part.touched(true, 3.0, rng), covariances=own, shared=shared)
+    kept = KeptContacts(
+        rng.normal(size=(4, 3)) * 300.0,
+        rng.normal(size=(4, 3)),
+        *np.array([[0] * 4, [1] * 4]),
+        rng.uniform(0.5, 3.0, 4),
+    )
+    problem = Problem.of(touches, part.body, bodies, kept)
+    bend_mm = bodies.bends.scales * rng.standard_normal(MODES)
+    at = problem.state(Motions(bodies, true.T_base_part, true.omega, true.v_mm, bend_mm), rng.normal(size=2))
+    gradient, H = problem.normal_equations(at)
+    for moved in (problem.with_whole, problem.in_place):
+        slopes = [(problem.cost(moved(at, h)) - problem.cost(moved(at, -h))) / 4e-5 for h in 1e-5 * np.eye(len(H))]
+        np.testing.assert_allclose(slopes, gradient, rtol=SMALL_SLOPE, atol=1e-6 * np.abs(gradient).max())
 
 
 def test_a_stiff_plate_gives_the_fit_without_bending() -> None:

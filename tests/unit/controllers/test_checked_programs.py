@@ -19,13 +19,13 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
 from wpcal.controllers.program import ControllerSettings, MotionSettings, build_program
-from wpcal.controllers.program.air_moves import AirSettings, TorchAtTool
+from wpcal.controllers.program.air_moves import LARGEST_TURN_RAD, AirSettings, TorchAtTool, _turn_between
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.controllers.registry import exporter_named
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.planning.cell.segments import segment_triangle_distances
 from wpcal.results.folder import read_finished
-from wpcal.robot.torch.attitude import ToolAxis
+from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.weld.runs import RunChoice
 
@@ -318,3 +318,18 @@ def test_a_longer_wire_is_ahead_of_the_tool_on_the_way_to_its_seam():
     assert (longer - ends)[0, 0].tolist() == pytest.approx([0.0, 0.0, 15.0])
     assert (longer - ends).reshape(-1, 3)[1:] == pytest.approx(0.0)
     assert same == pytest.approx(radii)
+
+
+@pytest.mark.parametrize("axis", ToolAxis)
+def test_between_two_orientations_the_wire_swings_evenly_in_small_turns(axis):
+    rng = np.random.default_rng(5)
+    for a, b in Rotation.random(200, rng=rng).as_matrix().reshape(-1, 2, 3, 3):
+        turns = _turn_between(a, b, axis)
+        np.testing.assert_allclose(turns[[0, -1]], [a, b], rtol=0, atol=1e-12)
+        steps = Rotation.from_matrix(turns[:-1].swapaxes(1, 2) @ turns[1:]).magnitude()
+        assert steps.max() <= LARGEST_TURN_RAD + 1e-9
+        if len(turns) > 2:
+            wires = wire_directions(turns, axis)
+            swung = np.arccos(np.clip(wires @ wires[0], -1, 1))
+            np.testing.assert_allclose(swung, np.linspace(0, swung[-1], len(turns)), rtol=0, atol=1e-6)
+            assert len(turns) <= 2 + 2 * np.pi / LARGEST_TURN_RAD

@@ -5,7 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wpcal.controllers.language.naming import NameRules, comment_lines, in_ascii, safe_names
+from wpcal.controllers.program.describe import counted_moves
 from wpcal.core.errors import InputError
+from wpcal.robot.moves.move import Arc, Line
 
 RULES = NameRules("test", 12, "proc w1 for")
 
@@ -47,3 +49,15 @@ def test_comments_cannot_leave_their_line(text):
 def test_long_comments_are_folded():
     lines = comment_lines(["one two three four five"], mark="; ", longest=10)
     assert lines == ["; one two", ";   three", ";   four", ";   five"]
+
+
+@pytest.mark.parametrize(
+    ("moves", "words"),
+    [
+        ([Line(1)], "1 line"),
+        ([Line(1), Arc(2, 3)], "1 line and 1 arc"),
+        ([Arc(2, 3)] * 2 + [Line(4)] * 3, "3 lines and 2 arcs"),
+    ],
+)
+def test_moves_are_counted_in_words(moves, words):
+    assert counted_moves(moves) == words

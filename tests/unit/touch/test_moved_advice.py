@@ -12,6 +12,7 @@ from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved, advise_touches
 from wpcal.touch.weldment import MovedModel, MovedSearch, SeamPoints, Tacked
@@ -29,7 +30,9 @@ def seam_points(part: Weldment) -> SeamPoints:
         for s in (-150.0, 0.0, 150.0):
             p.append(part.bodies.centroid_part[b] * [1.0, 1.0, 0.0] + 4.0 * normal + s * along)
             n.append(normal), x.append(along), body.append(b)
-    wall, up, met = np.array(body), np.tile([0.0, 0.0, 1.0], (len(p), 1)), np.ones(len(p), dtype=bool)
+    wall, met = np.array(body), np.ones(len(p), dtype=bool)
+    slant = [exp_rotation(0.1 * b * along) for b, along in zip(body, x, strict=True)]  # of the bases, not of the walls
+    up = np.array([R @ [0.0, 0.0, 1.0] for R in slant])
     points = MeetingPoints(np.array(p), wall, np.zeros_like(wall), np.array(n), up, np.array(x), met)
     return SeamPoints(points, tuple(f"W{b}" for b in body))
 

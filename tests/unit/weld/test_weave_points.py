@@ -43,15 +43,17 @@ def test_a_weave_has_its_width_and_its_swings_and_is_on_the_plates(shape, width,
     np.testing.assert_allclose(frames.s_mm, np.concatenate([[0], np.cumsum(steps)]), rtol=0, atol=ROUND_OFF)
 
 
-def test_a_dwell_is_a_way_along_the_side_at_the_speed_of_travel():
-    weave = Weave(WeaveShape.ZIGZAG, 5.0, 10.0, dwell_left_s=0.4, dwell_right_s=0.2)
+@pytest.mark.parametrize(("left_s", "right_s"), [(0.4, 0.2), (0.4, 0.0), (0.0, 0.3)])
+def test_a_dwell_is_a_way_along_the_side_at_the_speed_of_travel(left_s, right_s):
+    weave = Weave(WeaveShape.ZIGZAG, 5.0, 10.0, dwell_left_s=left_s, dwell_right_s=right_s)
     frames = woven_frames(straight(), weave, 5.0, between_plates=False)
+    assert (np.diff(frames.s_mm) > 0).all()
     x, y, _ = frames.p.T
     sides = {2.5: 0.0, -2.5: 0.0}
     for (x0, y0), (x1, y1) in zip(zip(x[:-1], y[:-1], strict=True), zip(x[1:], y[1:], strict=True), strict=True):
         if y0 == y1 and y0:
             sides[float(y0)] += x1 - x0
-    assert sides == pytest.approx({2.5: 10 * 0.4 * 5, -2.5: 10 * 0.2 * 5})
+    assert sides == pytest.approx({2.5: 10 * left_s * 5, -2.5: 10 * right_s * 5})
 
 
 def test_a_corner_of_the_seam_is_kept():

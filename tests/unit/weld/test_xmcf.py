@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.running import run_here
+from wpcal.core.arrays import LARGEST_MM
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import read_finished
@@ -91,6 +92,13 @@ def test_a_file_that_cannot_be_used_is_one_line(raw, message):
         parse_xmcf(raw, path="x.xml")
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+def test_a_coordinate_is_at_most_the_largest_in_mm():
+    (seam,) = parse_xmcf(xmcf(points=f"0 0 0;1 0 {LARGEST_MM}"), path="x")
+    assert seam.lines_mm[0][1, 2] == LARGEST_MM
+    with pytest.raises(FormatError, match="expected coordinates of at most"):
+        parse_xmcf(xmcf(units='<units length="m"/>', points=f"0 0 0;1 0 {LARGEST_MM}"), path="x")
 
 
 def test_seams_take_what_the_file_states_at_their_side(make_seam):

@@ -15,7 +15,9 @@ from cad.batch.summary import CSV_COLUMNS
 from tests.running import run_here
 from tests.shown_programs import shown_programs
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.audit.tables import audit_table
+from wpcal.controllers.audit.tables import TABLES as KINDS
+from wpcal.controllers.audit.tables import TableKind, audit_table
+from wpcal.controllers.audit.two_robots import _compared
 from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
@@ -125,6 +127,32 @@ def test_a_missing_or_misspelt_column_is_found(tmp_path: Path) -> None:
     path.write_text("point;x;y;z\nV1;1;2;3\n", encoding="utf-8")
     (found,) = audit_path(path).files
     assert "x_mm" in found.faults[0].message
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.kind)
+def test_a_table_is_known_by_all_its_columns_or_all_but_one(kind: TableKind, tmp_path: Path) -> None:
+    for column in (None, *(kind.columns if len(kind.columns) > 1 else ())):
+        names = ["other" if name == column else name for name in kind.columns]
+        found = audit_table(",".join(names).encode() + b"\n", tmp_path / "t.csv", is_named=False)
+        assert (found or ("",))[0] == kind.kind, column
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "found"),
+    [
+        ("a b c", "a b c", []),
+        ("a b b c", "a b c", [(2, "mark b is there 2 times"), (1, "the marks are in another order than in other.mod")]),
+        ("b a c", "a b c", [(1, "the marks are in another order than in other.mod")]),
+        ("a b c d", "a b d", [(3, "mark c is not in other.mod: this robot would wait")]),
+    ],
+)
+def test_marks_of_two_robots_are_compared(
+    own: str, other: str, found: list[Any], tmp_path: Path, monkeypatch: Any
+) -> None:
+    (tmp_path / "other.mod").write_text("\n".join(f"WAIT {mark}" for mark in other.split()))
+    monkeypatch.setattr("wpcal.controllers.audit.two_robots._other", lambda path: tmp_path / "other.mod")
+    faults = _compared([f"WAIT {mark}" for mark in own.split()], tmp_path / "own.mod", r"WAIT (\w+)")
+    assert [(fault.line, fault.message) for fault in faults] == found
 
 
 def test_a_list_of_jobs_names_files_that_are_there(tmp_path: Path) -> None:
