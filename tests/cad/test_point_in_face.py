@@ -1,18 +1,24 @@
-"""Trimmed faces of every surface: left of a boundary is inside, right of it outside; and the kernel agrees."""
+"""Trimmed faces of every surface: left of a boundary is inside, right of it outside, and rays meet them."""
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
+from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
 from cad.kernel.to_brep import to_brep
 from cad.samples.parts import box, cut, cylinder
+from cad.workpiece.workpiece import open_workpiece
 from wpcal.brep import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.hits import find_hits
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray
 
 ASIDE_MM = 0.05
 """Five times the sag of the polylines of a boundary, and far less than the width of any of these faces."""
@@ -129,3 +135,39 @@ def test_a_patch_of_a_torus_does_not_go_on_along_the_meridians_that_bound_it() -
 def test_the_samples_have_every_surface() -> None:
     kinds = {int(kind) for shape in shapes().values() for kind in to_brep([("S", shape)]).face_kind}
     assert kinds >= {SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.SPHERE, SurfaceKind.TORUS}
+
+
+RAYS, LENGTH_MM = 200, 600.0
+NEAR_MM = 1e-5
+LEAST_SHARE = 0.998
+"""Share of the kernel's hits that are found, and of the found ones that are the kernel's; the rest graze a pipe."""
+
+
+def test_rays_through_bent_free_form_pipes(shared_step: Path) -> None:
+    """Four pipes of one face each, outside and inside: their seam edge runs along the pipe."""
+    workpiece = open_workpiece(shared_step.parent / "blind" / "mini" / "em_re.step")
+    graph, trimmed = workpiece.graph, workpiece.trimmed
+    assert len(graph.nurbs_surfaces) == 8
+    rng = np.random.default_rng(4)
+    low, high = (corner[graph.face_nurbs >= 0] for corner in trimmed.face_box)
+    origins = rng.uniform(low.min(axis=0), high.max(axis=0), (RAYS, 3))
+    rays = rng.normal(size=(RAYS, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    found = find_hits(graph, trimmed, origins, rays, length_mm=LENGTH_MM)
+    expected: list[list[float]] = [[] for _ in range(RAYS)]
+    for shape in workpiece.solids:
+        kernel = IntCurvesFace_ShapeIntersector()
+        kernel.Load(shape, 1e-6)
+        for row in range(RAYS):
+            kernel.Perform(gp_Lin(gp_Pnt(*origins[row].tolist()), gp_Dir(*rays[row].tolist())), 0.0, LENGTH_MM)
+            expected[row] += [kernel.WParameter(k) for k in range(1, kernel.NbPnt() + 1)]
+    assert sum(map(len, expected)) > RAYS
+    hits = [np.sort(wanted) for wanted in expected]
+    found_at = [found.at_mm[found.ray == row] for row in range(RAYS)]
+    for these, those in ((hits, found_at), (found_at, hits)):
+        met = [is_among(at, there) for at, there in zip(these, those, strict=True)]
+        assert np.concatenate(met).mean() >= LEAST_SHARE
+
+
+def is_among(at: FloatArray, there: FloatArray) -> BoolArray:
+    return (np.abs(at[:, None] - there) <= NEAR_MM).any(axis=1)

@@ -1,15 +1,24 @@
-"""Which seams a torch reaches: a seam in which it may lean is welded, and one seen through a hole is not."""
+"""Which seams a torch reaches; `wpcal plan --part` compares seams without a part.glb with the part of a STEP file."""
 
+import shutil
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from cad.cli.part_mesh import mesh_of_step
 from cad.kernel.primitives import box, cut, cylinder
 from cad.kernel.to_brep import to_brep
+from cad.workpiece.answer_cache import NO_CACHE
 from tests.few import few
+from tests.one_robot_cells import TEE, fixed_cell
 from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.cli.part_option import read_part_option
+from wpcal.core.errors import InputError
+from wpcal.core.progress import no_progress
+from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, detect_seams
 from wpcal.seam.judge.leans import back_directions
@@ -81,3 +90,39 @@ def test_what_is_seen_through_a_bolt_hole_only_is_refused(diameter_mm: float) ->
 def test_through_a_wide_hole_or_a_slot_a_torch_gets() -> None:
     assert any(seam.accepted for seam in through_a_hole(60.0))
     assert any(seam.accepted and set(seam.solids) == {"left", "right"} for seam in through_a_hole(26.0, 90.0))
+
+
+STEP = TEE.parent / "tee.step"
+OTHER = TEE.parents[1] / "lap" / "lap.step"
+
+
+@pytest.fixture
+def alone(tmp_path):
+    """The seams of the tee without its part.glb, as of `wpcal seams --json`."""
+    shutil.copy(TEE / "seams.json", tmp_path)
+    return tmp_path / "seams.json"
+
+
+def test_the_part_of_a_step_file_is_the_one_of_the_result(alone):
+    cell = fixed_cell()
+    assert read_sequence_input(alone, cell).part is None
+    glb = mesh_of_step(STEP, cache=NO_CACHE, progress=no_progress)
+    given = read_sequence_input(alone, cell, part_glb=glb)
+    assert given.part is not None
+    for side in (0, 1):
+        own = given.part.boxes[side]
+        assert np.allclose(own, read_sequence_input(TEE, cell).part.boxes[side], rtol=0, atol=1e-3)
+    assert given.part.names == read_sequence_input(TEE, cell).part.names
+
+
+def test_another_part_is_one_line(alone):
+    glb = mesh_of_step(OTHER, cache=NO_CACHE, progress=no_progress)
+    with pytest.raises(InputError, match="mm outside of this part"):
+        read_sequence_input(alone, fixed_cell(), part_glb=glb)
+
+
+@pytest.mark.parametrize(("name", "says"), [("part.stl", "expected one of .glb, .step"), ("no.step", "no.step")])
+def test_a_file_that_is_no_part_is_one_line(tmp_path, monkeypatch, name, says):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=says):
+        read_part_option(Path(name))

@@ -1,9 +1,4 @@
-"""Nothing that lies beside a customer's file is run: every command, in a folder full of modules with known names.
-
-All commands but the picker run in one process, which finds modules as the command does, and do their kernel work in it:
-what any of them imports is looked for there. The picker, and one command with an odd PYTHONPATH, run as a user runs
-them, with the kernel in a process of its own.
-"""
+"""Nothing that lies beside a customer's file is run; one command lets a shell complete wpcal, once."""
 
 import json
 import os
@@ -18,7 +13,7 @@ import pytest
 
 from tests.e2e.every_command import COMMANDS, NEEDS_ROBOT, write_inputs
 from tests.few import few
-from tests.running import FINISHED, TIMEOUT_S
+from tests.running import FINISHED, TIMEOUT_S, run_here
 from wpcal.cli.main import EXIT_INTERRUPTED
 
 WPCAL = Path(sys.executable).with_name("wpcal")  #: The command as a user calls it.
@@ -137,3 +132,59 @@ def test_an_empty_entry_of_pythonpath_is_not_the_current_folder(hostile: Path) -
     done = subprocess.run([WPCAL, "features", "tee.step"], cwd=hostile, env=environment, check=False)
     assert not (hostile / MARK).exists()
     assert done.returncode == 0
+
+
+HAVE = b"alias ll='ls -l'"
+
+
+def installed(shell: str, home: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("SHELL", f"/bin/{shell}")
+    done = run_here("--install-completion")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
+def test_a_line_is_added_once_and_nothing_else_changes(
+    shell: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = tmp_path / f".{shell}rc"
+    start.write_bytes(HAVE)
+    assert f"added a line to {start}" in installed(shell, tmp_path, monkeypatch)
+    assert "added a line" not in installed(shell, tmp_path, monkeypatch)
+    have, line = start.read_bytes().splitlines()
+    assert have == HAVE
+    assert str(tmp_path / ".local" / "share" / "wpcal" / f"completion.{shell}") in line.decode()
+
+
+def test_fish_finds_its_file_by_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    installed("fish", tmp_path, monkeypatch)
+    assert "complete" in (tmp_path / ".config" / "fish" / "completions" / "wpcal.fish").read_text()
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+def test_bash_completes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    installed("bash", tmp_path, monkeypatch)
+    words = "source ~/.bashrc; complete -p wpcal"
+    done = subprocess.run(
+        ["bash", "-c", words], env={**os.environ, "HOME": str(tmp_path)}, capture_output=True, text=True, check=False
+    )
+    assert "wpcal" in done.stdout, done.stderr
+
+
+def test_the_page_of_the_manual_has_every_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    installed("bash", tmp_path, monkeypatch)
+    lines = (tmp_path / ".local" / "share" / "man" / "man1" / "wpcal.1").read_text().splitlines()
+    assert {".B calibrate", ".B shop", ".B rpc", ".SH NAME"} <= set(lines)
+    known = (".TH", ".SH", ".TP", ".B", ".I", ".PP")
+    assert all(line.startswith(known) for line in lines if line.startswith("."))
+
+
+def test_another_shell_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SHELL", "/bin/csh")
+    done = run_here("--install-completion")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "known for bash, zsh, fish; the variable SHELL says 'csh'" in done.stderr

@@ -1,4 +1,4 @@
-"""Cuts against all cuts there are; reasons, and changes that were tried; wrong starts in one line."""
+"""Cuts against all cuts there are; reasons, and changes that were tried; stretches that end at a singular arm."""
 
 import dataclasses
 import itertools
@@ -9,7 +9,7 @@ import pytest
 
 from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.cell_clearance import CellClearance
+from wpcal.planning.cell.cell_clearance import CellClearance, Margins
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.cuts import Span, best_cuts, find_reason, out_of_reach
@@ -163,3 +163,31 @@ def test_a_slimmer_nozzle_is_slimmer_than_itself_and_not_than_what_is_around_it(
     cell = dataclasses.replace(read_one_robot(write_cell(tmp_path, with_positioner())), torch=(nozzle,))
     (slim,) = changed_cell(cell, Help("", torch_scale=0.5), np.zeros(3)).torch
     np.testing.assert_allclose(slim.radius_mm, 5.5)
+
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+BLOCKED = 5  #: The first point in collision.
+
+
+def test_points_before_a_singular_one_are_checked(monkeypatch):
+    given = read_sequence_input(TEE, fixed_cell(), ["W2"])
+    cell = given.placed(fixed_cell())
+    search = SeamSearch(cell, CellClearance(cell, given.part), SequenceTargets())
+    task = seam_task(given.seams[0].seam)
+    way = search.whole(task)[0]
+    outer, branch = np.zeros((2, 0)), (way.branch, way.q[0, :6])
+    assert search.checked(task, way.angles, outer, branch)[1] is None
+    monkeypatch.setattr(
+        "wpcal.planning.sequence.seam_search.is_regular", lambda _, q: np.arange(len(q)) < len(task) - 2
+    )
+    assert search.checked(task, way.angles, outer, branch)[1] == len(task) - 2
+    measure = CellClearance.margins
+
+    def margins(own, q):
+        found = measure(own, q)
+        at = np.linalg.norm(q - way.q[BLOCKED], axis=1) < 1e-9
+        return Margins(np.where(at, -1.0, found.margin_mm), found.pair, found.by_carriers_mm)
+
+    monkeypatch.setattr(CellClearance, "margins", margins)
+    q, bad = search.checked(task, way.angles, outer, branch)
+    assert (len(q), bad) == (BLOCKED, BLOCKED)

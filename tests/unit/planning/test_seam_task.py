@@ -1,5 +1,6 @@
-"""Points of a planned seam between those of its file."""
+"""The seams of a file, and points of a planned seam between those of the file."""
 
+import json
 from dataclasses import replace
 from functools import partial
 
@@ -8,12 +9,18 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.one_robot_cells import TEE, fixed_cell
+from tests.saddle import CELLS
+from wpcal.core.errors import FormatError, FrameError, InputError
 from wpcal.core.ladder import cheapest_way
+from wpcal.core.rotations import quaternion_from_rotation, rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.planning.sequence.seam_search import is_swift, steps_of_branch
 from wpcal.planning.sequence.seam_task import STEP_RAD, SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, angles_between, tool_on_seam
+from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations
 from wpcal.seam.seam import SeamFrames
 
@@ -75,3 +82,50 @@ def test_from_rung_to_rung_the_torch_leans_no_faster_than_along_a_seam():
     for forbids, way in ((None, [0, 1, 1]), (partial(is_swift, task, poses), [0, 0, 1])):
         steps = steps_of_branch(np.zeros((3, 2, 6)), np.isfinite(cost), np.ones(6), forbids)
         assert cheapest_way(list(cost), steps) == way
+
+
+ROUND_OFF_MM = 1e-9  #: There and back by a transform of a metre.
+
+
+@pytest.fixture
+def record():
+    return json.loads((CELLS / "saddle-seams.json").read_text(encoding="utf-8"))
+
+
+def written(tmp_path, record):
+    file = tmp_path / "seams.json"
+    file.write_text(json.dumps(record), encoding="utf-8")
+    return file
+
+
+def in_base(record):
+    T = RigidTransform(rotation_from_zyx(0.1, 0.2, 0.3), [800.0, -200.0, 150.0], "base", "part")
+    for frame in record["seams"][0]["frames"]:
+        frame["p_mm"] = T.apply(frame["p_mm"]).tolist()
+        frame["R"] = (T.R @ frame["R"]).tolist()
+        frame["q_xyzw"] = quaternion_from_rotation(frame["R"]).tolist()
+    return {**record, "frame": "base", "T_base_part": T.matrix.tolist()}
+
+
+def test_frames_in_the_base_are_brought_back_to_the_part(tmp_path, cell, path, record):
+    moved = read_seam_path(written(tmp_path, in_base(record)), "W1", cell)
+    np.testing.assert_allclose(moved.p, path.p, rtol=0, atol=ROUND_OFF_MM)
+    np.testing.assert_allclose(moved.R, path.R, rtol=0, atol=ROUND_OFF_MM)
+
+
+def test_bad_files_say_what_is_wrong(tmp_path, cell, record):
+    with pytest.raises(InputError, match="no seam 'W9'; the file has W1"):
+        read_seam_path(written(tmp_path, record), "W9", cell)
+    with pytest.raises(FormatError, match="expected a record of schema wpcal/seams/1, found wpcal/seams/2"):
+        read_seam_path(written(tmp_path, {**record, "schema": "wpcal/seams/2"}), "W1", cell)
+    with pytest.raises(FormatError, match="T_base_part is missing"):
+        read_seam_path(written(tmp_path, {**in_base(record), "T_base_part": None}), "W1", cell)
+
+
+def test_seams_of_an_identified_robot_need_that_robot_in_the_cell(tmp_path, cell, path, record):
+    identified = {**in_base(record), "robot_space": "identified"}
+    with pytest.raises(FrameError, match="identified robot space and robot 1 of the cell"):
+        read_seam_path(written(tmp_path, identified), "W1", cell)
+    arm = find_arm("mh6")
+    own = replace(cell, arm=arm.as_identified(arm.chain.with_table(arm.chain.table)))
+    assert len(read_seam_path(written(tmp_path, identified), "W1", own)) == len(path)

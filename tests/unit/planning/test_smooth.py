@@ -1,4 +1,4 @@
-"""Joint paths along welds of one robot: banded least squares over the torch angles."""
+"""Joint paths along welds of one robot: banded least squares over the torch angles; how near a wrist is to singular."""
 
 import math
 
@@ -8,6 +8,7 @@ import pytest
 from tests.one_robot_cells import TEE, fixed_cell
 from wpcal.controllers.program.planned_program import build_planned_program
 from wpcal.planning.cell.cell_clearance import CellClearance
+from wpcal.planning.cell.workplace import regularity
 from wpcal.planning.plan.banded import damped_step
 from wpcal.planning.sequence.kept_plan import KeptPlan
 from wpcal.planning.sequence.plan_sequence import plan_sequence
@@ -17,6 +18,7 @@ from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.smooth import _Problem, _Rungs, respun, tilted
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import tool_on_seam
+from wpcal.robot.kinematics.arm_file import find_arm
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 
@@ -106,3 +108,27 @@ def test_in_a_narrow_place_the_way_of_the_ladder_stays(saddle):
     narrow.checked = lambda *_: (way.q[:0], 0)  # no other way is clear
     assert tilted(narrow, way, respun(narrow, way)) is way
     assert math.isfinite(way.motion_rad_mm)
+
+
+SLOPE_ATOL = 1e-8  #: Round-off of a central difference quotient with steps of 1e-6.
+SAME_RATIO = 1e-9  #: Round-off of a determinant of a 6 × 6 matrix.
+
+
+@pytest.mark.parametrize("name", ["mh6", "m10ia", "irb1600_6_12"])
+def test_the_product_of_the_measures_is_the_determinant_of_the_jacobian(name):
+    arm = find_arm(name)
+    q = np.random.default_rng(0).uniform(-2.0, 2.0, (200, 6))
+    values, _ = regularity(arm, q)
+    determinant = np.abs(np.linalg.det(arm.jacobian(q)))
+    ratio = determinant / values.prod(axis=1)
+    assert np.ptp(ratio) <= SAME_RATIO * ratio.mean()
+
+
+@pytest.mark.parametrize("name", ["mh6", "m10ia"])
+def test_derivatives_are_those_of_difference_quotients(name):
+    arm = find_arm(name)
+    q = np.random.default_rng(1).uniform(-2.0, 2.0, (50, 6))
+    _, slopes = regularity(arm, q)
+    for joint, step in enumerate(1e-6 * np.eye(6)):
+        quotient = (regularity(arm, q + step)[0] - regularity(arm, q - step)[0]) / 2e-6
+        np.testing.assert_allclose(slopes[:, :, joint], quotient, rtol=0, atol=SLOPE_ATOL)
