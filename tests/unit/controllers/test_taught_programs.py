@@ -176,6 +176,7 @@ def test_taught_points_are_read_in_their_frames(tmp_path, language, frame, names
             r"line \d+: .*joint angles",
         ),
         ("krl", "XP2", "XP1", r"line \d+: .*appears twice, first in line 5"),
+        ("krl", "T 34,E1", "T 34;E1", r"line 5: XP1 lacks X"),
         ("fanuc", "UF : 3", "UF : 4", r"line 6: .*is in user frame 4, .*give the user frame as 4=X,Y,Z,W,P,R"),
         ("fanuc", "UF : 3", "UF : F", r"line 6: .*does not say its user frame"),
         ("fanuc", "UT : 2,\t\tC", "UT : 0,\t\tC", r"line 6: .*recorded without a tool"),
@@ -207,6 +208,7 @@ def test_taught_points_are_read_in_their_frames(tmp_path, language, frame, names
             "",
             "the user frame as fix=X,Y,Z,O,A,T",
         ),
+        ("as", TAUGHT["as"], "class A {}\n", r"has no \.PROGRAM"),
         ("as", "  LMOVE v3\n", "  LMOVE v3\n  LMOVE v1\n", "is used in the bases fix, null"),
         ("as", "  BASE fix\n  TOOL torch\n  LMOVE v1\n", "  LMOVE v1\n  BASE fix\n", "does not say the base"),
         ("pdl2", "PROGRAM teach", "teach", "has no line PROGRAM"),
@@ -335,11 +337,6 @@ def test_values_without_a_program_are_in_the_robots_base(tmp_path):
     text = ".TRANS\np1 1 2 3 0 180 0\n.END\n.PROGRAM a()\n  POINT p2 = TRANS(4, 5.5, 6, 0, 180, 0)\n.END\n"
     points = taught(tmp_path, "as", text)
     np.testing.assert_allclose(points.p_base, [[1, 2, 3], [4, 5.5, 6]], rtol=0, atol=1e-9)
-
-
-def test_a_file_without_programs_and_values_is_refused(tmp_path):
-    with pytest.raises(FormatError, match=r"has no \.PROGRAM"):
-        taught(tmp_path, "as", "class A {}\n")
 
 
 def test_without_a_frame_points_are_in_the_base(tmp_path):

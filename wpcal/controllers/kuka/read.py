@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from wpcal.controllers.kuka.values import declaration_of, rows_of_krl
 from wpcal.controllers.language.grammar import ENCODING, Complaint, Grammar
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
@@ -30,26 +31,22 @@ from wpcal.taught.programs import (
     unusable_point,
 )
 
-DECLARATION = re.compile(
-    r"^\s*(?:DECL\s+)?(?:GLOBAL\s+)?(?:CONST\s+)?(?:(?P<type>\w+)\s+)?(?P<name>\$?\w+(?:\[\d+\])?)\s*=\s*\{(?P<body>.*)\}",
-    re.IGNORECASE,
-)
 TOOL = re.compile(r"\$TOOL|TOOL_DATA\[\d+\]", re.IGNORECASE)
-FIELD = re.compile(r"(?:^|,)\s*+(\w++)\s++([^\s,{}]++)")
-POSITION_TYPES = frozenset({"e6pos", "e3pos", "pos"})
-JOINT_TYPES = frozenset({"e6axis", "e3axis", "axis"})
+FIELD = re.compile(r"(?:^\{(?:FRAME:)?|,)\s*+(\w++)\s++([^\s,{}]++)")
+POSITION_TYPES = frozenset({"E6POS", "E3POS", "POS"})
+JOINT_TYPES = frozenset({"E6AXIS", "E3AXIS", "AXIS"})
 PLACE = ("x", "y", "z", "c", "b", "a")  #: A, B, C turn about z, y, x.
 AXES = ("a1", "a2", "a3", "a4", "a5", "a6")
 
 
 def read_krl(text: str, path: str) -> ProgramPoints:
     """Read a data list. Raises `FormatError` when a position lacks a coordinate."""
-    declared = [*_declarations(text)]
-    frames = [(name, line, _pose(fields, name, path, line)) for kind, name, line, fields in declared if kind == "frame"]
-    used = {name.lower(): fields for kind, name, _, fields in declared if kind == "fdat"}
+    stated = [*_declarations(text)]
+    frames = [(name, line, _pose(fields, name, path, line)) for kind, name, line, fields in stated if kind == "FRAME"]
+    used = {name.lower(): fields for kind, name, _, fields in stated if kind == "FDAT"}
     points = [
         _point(name, line, _position(kind, fields, name, path, line), used.get(f"f{name[1:]}".lower()), path)
-        for kind, name, line, fields in declared
+        for kind, name, line, fields in stated
         if kind in POSITION_TYPES | JOINT_TYPES
     ]
     if not points:  # frames that were taught as points, as in $config.dat
@@ -69,11 +66,12 @@ def read_krl_tools(text: str) -> dict[str, RigidTransform | str]:
 
 def _declarations(text: str) -> Iterator[tuple[str, str, int, dict[str, str]]]:
     """Yield type, name, line and parts of every structure with a value; elements of BASE_DATA are frames."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        if match := DECLARATION.match(line):
-            kind, name = (match["type"] or "").lower(), match["name"]
-            fields = {key.lower(): value for key, value in FIELD.findall(match["body"].removeprefix("FRAME:"))}
-            yield "frame" if re.fullmatch(r"BASE_DATA\[\d+\]", name, re.IGNORECASE) else kind, name, number, fields
+    for each in filter(None, map(declaration_of, rows_of_krl(text))):
+        if each.value.startswith("{"):
+            kind = "FRAME" if each.name.upper() == "BASE_DATA" and each.element[1:-1] else each.kind
+            is_whole = "}" in each.value  # of a line that was cut off the last number may be another one
+            fields = {key.lower(): value for key, value in FIELD.findall(each.value if is_whole else "")}
+            yield kind, f"{each.name}{each.element}", each.line, fields
 
 
 def _position(

@@ -126,13 +126,13 @@ class Interpreter(BlockInterpreter):
         return {int(match[1]): match[2].upper() == "TRUE" for match in WAITS.finditer(text)}
 
     def _declare(self, file: str, text: str) -> None:
-        for kind, declared, line, tokens in read_data(text, file):
-            name = _new(declared, file, self.values)
-            self.kinds[name] = kind
+        for each in read_data(text, file):
+            name = _new(each.name, file, self.values)
+            self.kinds[name] = each.kind
             try:
-                self.values[name] = self._typed(kind, self.value(tokens)) if tokens else None
+                self.values[name] = self._typed(each.kind, self.value(each.value)) if each.value else None
             except ProgramError as error:
-                raise ProgramError(f"{declared}: {error.what}", path=file, line=line.number) from None
+                raise ProgramError(f"{each.name}: {error.what}", path=file, line=each.line) from None
 
     # -- values ----------------------------------------------------------------------------------------------------
 

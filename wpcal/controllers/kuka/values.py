@@ -102,73 +102,71 @@ ENDS = "ENDIF ENDFOR ENDWHILE ENDLOOP UNTIL ENDSWITCH"
 MOST_NAME = 24  #: Characters of a name.
 
 
-class SourceLine(NamedTuple):
-    """A line of a data list."""
-
-    number: int
-    tokens: list[str]
-    text: str
-
-    @property
-    def word(self) -> str:
-        """The first token."""
-        return self.tokens[0].upper()
+DECLARATION = re.compile(
+    r"(?P<scope>(?:(?:DECL|GLOBAL|CONST)\s+)*)(?:(?P<kind>\w+)\s+)?"
+    r"(?P<name>\$?\w+)(?P<element>\[[\d,]*\])?(?:\s*,\s*\w+)*\s*(?:=\s*(?P<value>.*)|$)",
+    re.IGNORECASE,
+)
+OTHERS = {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC"}  #: What else a data list says.
 
 
-def _rows(text: str) -> list[Row]:
+class Declared(NamedTuple):
+    """What a line of a data list declares, or gives a value."""
+
+    line: int
+    scope: str  #: The words before the type, in capitals.
+    kind: str  #: In capitals; empty where the line does not say it.
+    name: str
+    element: str  #: With its brackets; empty without one.
+    value: str  #: As text; empty without one.
+
+
+def declaration_of(row: Row) -> Declared | None:
+    """Return what a line declares if it is one of a data list."""
+    match = DECLARATION.match(row[1])
+    if match is None:
+        return None
+    scope, kind, name, element, value = (text or "" for text in match.groups())
+    return Declared(row[0], scope.upper(), kind.upper(), name, element, value)
+
+
+def rows_of_krl(text: str) -> list[Row]:
     """Return the lines without comments, folds and file attributes; of comments the marks of seams."""
     rows = rows_of(text, ";")
     return [row for row in rows if row[1][0] not in ";&" or (row[1][0] == ";" and mark_of(row[1][1:]) is not None)]
 
 
-def _lines_of(text: str, file: str) -> list[SourceLine]:
-    found = []
-    for number, bare in _rows(text):
-        if not bare.startswith(";"):
-            try:
-                found.append(SourceLine(number, tokens_of(bare, GRAMMAR), bare))
-            except ProgramError as error:
-                raise ProgramError(error.what, path=file, line=number) from None
-    return found
-
-
-def read_data(text: str, file: str) -> list[tuple[str, str, SourceLine, list[str]]]:
-    """Return type, name, line and value of each variable of a data list."""
-    lines = _lines_of(text, file)
-    if not lines or lines[0].word != "DEFDAT" or lines[-1].word != "ENDDAT":
+def read_data(text: str, file: str) -> list[Declared]:
+    """Return the variables of a data list, with names in capitals."""
+    rows = [row for row in rows_of_krl(text) if not row[1].startswith(";")]
+    if not rows or _word(rows[0]) != "DEFDAT" or _word(rows[-1]) != "ENDDAT":
         raise ProgramError("a data list begins with DEFDAT and ends with ENDDAT", path=file)
-    found: dict[str, tuple[str, str, SourceLine, list[str]]] = {}
-    for line in lines[1:-1]:
-        try:
-            _declare(found, line)
-        except ProgramError as error:
-            raise error.at(file, line.number) from None
+    found: dict[str, Declared] = {}
+    for row in rows[1:-1]:
+        each = declaration_of(row)
+        name = "" if each is None else each.name.upper()
+        if each is not None and each.kind and "DECL" in each.scope:
+            if name in found or len(name) > MOST_NAME:
+                what = "is declared twice" if name in found else f"has more than {MOST_NAME} characters"
+                raise ProgramError(f"{name} {what}", path=file, line=row[0])
+            found[name] = each._replace(name=name)
+        elif each is not None and each.element == "[]" and name in found:  # the text of a variable
+            found[name] = found[name]._replace(line=row[0], value=each.value)
+        elif _word(row) not in OTHERS:
+            raise ProgramError(f"{row[1][:40]!r} is no declaration", path=file, line=row[0])
     return list(found.values())
 
 
-def _declare(found: dict[str, tuple[str, str, SourceLine, list[str]]], line: SourceLine) -> None:
-    tokens = [one for one in line.tokens if one.upper() not in {"GLOBAL", "CONST"}]
-    words = [one.upper() for one in tokens]
-    if words[0] == "DECL" and len(words) > 2:
-        kind, name = words[1], words[2]
-        if name in found:
-            raise ProgramError(f"{name} is declared twice")
-        if len(name) > MOST_NAME:
-            raise ProgramError(f"{name} has more than {MOST_NAME} characters")
-        found[name] = (kind, name, line, tokens[tokens.index("=") + 1 :] if "=" in tokens else [])
-    elif words[1:4] == ["[", "]", "="] and words[0] in found:
-        found[words[0]] = (found[words[0]][0], words[0], line, tokens[4:])
-    elif words[0] not in {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC"}:
-        raise ProgramError(f"{line.text[:40]!r} is no declaration")
+def _word(row: Row) -> str:
+    return re.split(r"\W", row[1], maxsplit=1)[0].upper()
 
 
 def read_source(text: str, file: str) -> dict[str, Steps]:
     """Return the routines of a source file by name."""
     found: dict[str, Steps] = {}
     head, rows = (0, ""), list[Row]()
-    for number, bare in _rows(text):
-        word = re.split(r"\W", bare, maxsplit=1)[0].upper()
-        if head[1] and word == "END":
+    for number, bare in rows_of_krl(text):
+        if head[1] and _word((number, bare)) == "END":
             words = [one.upper() for one in tokens_of(head[1], GRAMMAR) if one.upper() != "GLOBAL"]
             inside = [one for one in words[3:-1] if one not in {",", ":", "IN", "OUT"}]
             body = tree(rows, file, begins=BLOCK, turns="ELSE CASE DEFAULT", ends=ENDS)
