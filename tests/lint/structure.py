@@ -15,8 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_493,
-    "lines of tests": 63_847,
+    "lines of wpcal and cad": 122_484,
+    "lines of tests": 63_844,
     "rooms": 18,
     "arrows between rooms": 80,
     "imported packages that pyproject.toml does not declare": 0,

@@ -214,7 +214,7 @@ def test_the_angles_of_a_frame_are_in_the_order_of_the_pendant():
 
 def test_routines_that_only_call_each_other_are_entered_and_named_once():
     for file, text in {
-        "a.mod": "MODULE a\nPROC one()\ntwo;\nENDPROC\nPROC two()\none;\nENDPROC\nENDMODULE\n",
+        "a.mod": "MODULE a\nPROC one()\ntwo;;\nENDPROC\nPROC two()\none;\nENDPROC\nENDMODULE\n",
         "b.mod": "MODULE b\nPROC main()\nmain;\nENDPROC\nENDMODULE\n",
         "c.src": "DEF c()\nd()\nEND\nDEF d()\nc()\nEND\n",
         "e.as": ".PROGRAM e()\n  CALL f\n.END\n.PROGRAM f()\n  CALL e\n.END\n",

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.abb.statements import Declaration, Tokens, declarations, instruction, statements_of
+from wpcal.controllers.abb.statements import Declaration, Statement, declarations, instruction, statements_of
 from wpcal.controllers.abb.values import SYNTAX
 from wpcal.controllers.language.grammar import Complaint, Grammar
 from wpcal.controllers.run.expressions import Parser
@@ -79,7 +79,7 @@ def read_rapid_tools(text: str) -> dict[str, RigidTransform | str]:
 
 
 def _data(
-    statements: Iterable[Tokens], path: str | None, **read: Callable[[Any], Any]
+    statements: Iterable[Statement], path: str | None, **read: Callable[[Any], Any]
 ) -> Iterator[tuple[Declaration, str, Any]]:
     """Yield declared data, the names of their elements, and what the function of their type reads from the values."""
     for each in declarations(statements, *read):
@@ -155,10 +155,10 @@ def _work_object(value: Any) -> RigidTransform | None:
     return RigidTransform(user.R @ object_.R, user.apply(object_.t_mm), "base", "frame")
 
 
-def _find_uses(statements: Iterable[Tokens]) -> dict[str, _Uses]:
+def _find_uses(statements: Iterable[Statement]) -> dict[str, _Uses]:
     """Find the work objects and tools of every name that is in the place of a target in a Move."""
     uses: dict[str, _Uses] = {}
-    for tokens, _ in statements:
+    for _, tokens in statements:
         moves = (at for at, one in enumerate(tokens[:-1]) if MOVE.fullmatch(one) and tokens[at + 1] not in {"(", ":"})
         if (move := next(moves, None)) is None:
             continue

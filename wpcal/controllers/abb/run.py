@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.abb.memory import Memory, RapidError, RetryError, TryNextError
-from wpcal.controllers.abb.statements import declared, instruction
+from wpcal.controllers.abb.statements import STORAGE, Statement, declared, instruction
 from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import Node
@@ -44,7 +44,7 @@ class Interpreter(Memory):
     """One motion task with its modules; tools and work objects of the empty name are all that no module declares."""
 
     def statement(self, word: str, tokens: list[str], node: Node) -> None:
-        if (found := declared(tokens, [self.line])) is not None:
+        if word in STORAGE and (found := declared(Statement(self.line, tokens))) is not None:
             self.locals[-1][found.name.upper()] = self._made(found)
         elif tokens[1:2] and tokens[1] in {".", "{", ":="} and ":=" in tokens:
             equals = tokens.index(":=")
