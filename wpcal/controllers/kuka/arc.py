@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from wpcal.controllers.language.emit import ArcSwitch
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.arc import ArcSettings
-from wpcal.robot.moves import Arc, Move
+from wpcal.robot.moves import Arc
 
 LONGEST_PREFIX = len("LCPDAT")  #: Of the data of a point in a fold, before its name.
 DATA = (
@@ -68,74 +68,53 @@ def fold_data(along: Sequence[str], program: WeldProgram, *, blend_mm: float) ->
     return lines
 
 
+TRIGGERS = {
+    "On": {
+        "#PreDefinition": "DISTANCE=1 DELAY=ArcGetDelay(#PreDefinition,{data})",
+        "#GasPreflow": "PATH=ArcGetPath(#OnTheFlyArcOn,{data}) DELAY=ArcGetDelay(#GasPreflow,{data})",
+        "#ArcOnMoveStd": "PATH=ArcGetPath(#OnTheFlyArcOn,{data}) DELAY=0",
+    },
+    "Swi": {"#ArcSwiMoveStd": "DISTANCE=1 DELAY=0"},
+    "Off": {
+        "#ArcOffBeforeOffStd": "PATH=ArcGetPath(#ArcOffBefore,{data}) DELAY=0",
+        "#ArcOffMoveStd": "PATH=ArcGetPath(#OnTheFlyArcOff,{data}) DELAY=0",
+    },
+}
+"""By the kind of a fold: the states that triggers set on its move, and when."""
+
+
 def fold_moves(path: WeldPath, along: Sequence[str], program: WeldProgram, stops: Sequence[bool]) -> list[str]:
-    """Return the folds along a seam."""
-    data, air = str(path.values.weld_data), program.motion.air_speed_mm_s / 1000.0
-    tool, base = program.controller.tool_number, program.controller.frame_number
-    place = f"Tool[{tool}] Base[{base}];%{{PE}}"
-    first, on_the_fly = along[0], f"ArcGetPath(#OnTheFlyArcOn,{data})"
-    lines = [
-        f";FOLD ARCON {data} LIN {first} Vel={air:g} m/s CPDAT{first} {place}",
-        *_parameters("arconlin", first, "", data, air, blends=False),
-        *act_lines(first, f"{air:g}"),
-        _trigger(f"DISTANCE=1 DELAY=ArcGetDelay(#PreDefinition,{data})", f"#PreDefinition,{data},W{first}"),
-        _trigger(f"PATH={on_the_fly} DELAY=ArcGetDelay(#GasPreflow,{data})", f"#GasPreflow,{data},W{first}"),
-        _trigger(f"PATH={on_the_fly} DELAY=0", f"#ArcOnMoveStd,{data},W{first}"),
-        f"ArcMainNG(#ArcOnBeforeMoveStd,{data},W{first})",
-        f"LIN X{first}",
-        f"ArcMainNG(#ArcOnAfterMoveStd,{data},W{first})",
-        ";ENDFOLD",
-    ]
-    moves = list(zip(path.weld_moves, stops, strict=True))
+    """Return the folds along a seam: ARCON at its first point, ARCSWI at points between, ARCOFF at its last."""
+    lines, moves = _fold("On", along[0], "", path, program), list(zip(path.weld_moves, stops, strict=True))
     for number, (move, stop) in enumerate(moves, 1):
-        lines += _fold(move, along, data, place, is_last=number == len(moves), blends=not stop)
+        kind, via = "Off" if number == len(moves) else "Swi", along[move.via] if isinstance(move, Arc) else ""
+        lines += _fold(kind, along[move.to], via, path, program, blends=kind == "Swi" and not stop)
     return lines
 
 
-def _fold(move: Move, along: Sequence[str], data: str, place: str, *, is_last: bool, blends: bool) -> list[str]:
-    to, via = along[move.to], along[move.via] if isinstance(move, Arc) else ""
-    kind, word = ("circ", "CIRC") if via else ("lin", "LIN")
-    points, helped = (f"{via} {to}", f"W{to},W{via}") if via else (to, f"W{to}")
-    provider, name = ("arcoff", "ARCOFF") if is_last else ("arcswi", "ARCSWI")
-    ends = " C_DIS" if blends and not is_last else ""
-    head = [
-        f";FOLD {name} {data} {word} {points} CPDAT{to} {place}",
-        *_parameters(f"{provider}{kind}", to, via, data, 0.0, blends=bool(ends)),
-        *act_lines(to, "gArcBasVelDefinition"),
-    ]
-    motion = f"{word} {f'X{via},' if via else ''}X{to}{ends}"
-    if not is_last:
-        return [
-            *head,
-            _trigger("DISTANCE=1 DELAY=0", f"#ArcSwiMoveStd,{data},{helped}"),
-            f"ArcMainNG(#ArcSwiBeforeMoveStd,{data},{helped})",
-            motion,
-            f"ArcMainNG(#ArcSwiAfterMoveStd,{data},{helped})",
-            ";ENDFOLD",
-        ]
+def _fold(kind: str, to: str, via: str, path: WeldPath, program: WeldProgram, *, blends: bool = False) -> list[str]:
+    data, fold, word = path.values.weld_data, f"Arc{kind}", "CIRC" if via else "LIN"
+    air = f"{program.motion.air_speed_mm_s / 1000.0:g}" if kind == "On" else ""
+    points, moved, helped = (f"{via} {to}", f"X{via},X{to}", f"W{to},W{via}") if via else (to, f"X{to}", f"W{to}")
+    place = f"Tool[{program.controller.tool_number}] Base[{program.controller.frame_number}];%{{PE}}"
     return [
-        *head,
-        _trigger(f"PATH=ArcGetPath(#ArcOffBefore,{data}) DELAY=0", f"#ArcOffBeforeOffStd,{data},{helped}"),
-        _trigger(f"PATH=ArcGetPath(#OnTheFlyArcOff,{data}) DELAY=0", f"#ArcOffMoveStd,{data},{helped}"),
-        f"ArcMainNG(#ArcOffBeforeMoveStd,{data},{helped})",
-        motion,
-        f"ArcMainNG(#ArcOffAfterMoveStd,{data},{helped})",
+        f";FOLD {fold.upper()} {data} {word} {points}{f' Vel={air} m/s' if air else ''} CPDAT{to} {place}",
+        ";FOLD Parameters ;%{h}",
+        f";Params IlfProvider=kukaroboter.arctech.{fold.lower()}{word.lower()}; Kuka.IsGlobalPoint=False; "
+        f"Kuka.PointName={to};{f' Kuka.HelpPointName={via};' if via else ''} Kuka.BlendingEnabled={blends}; "
+        f"Kuka.MoveDataName=CPDAT{to}; Kuka.VelocityPath={air or 0}; Kuka.CurrentCDSetIndex=0; "
+        f"Kuka.MovementParameterFieldEnabled=True; ArcTech.WdatVarName={data}",
+        ";ENDFOLD",
+        *act_lines(to, air or "gArcBasVelDefinition"),
+        *(
+            f"TRIGGER WHEN {when.format(data=data)} DO ArcMainNG({state},{data},{helped}) PRIO=-1"
+            for state, when in TRIGGERS[kind].items()
+        ),
+        f"ArcMainNG(#{fold}BeforeMoveStd,{data},{helped})",
+        f"{word} {moved}{' C_DIS' if blends else ''}",
+        f"ArcMainNG(#{fold}AfterMoveStd,{data},{helped})",
         ";ENDFOLD",
     ]
-
-
-def _trigger(when: str, state: str) -> str:
-    return f"TRIGGER WHEN {when} DO ArcMainNG({state}) PRIO=-1"
-
-
-def _parameters(provider: str, point: str, via: str, data: str, velocity: float, *, blends: bool) -> list[str]:
-    help_point = f" Kuka.HelpPointName={via};" if via else ""
-    text = (
-        f"IlfProvider=kukaroboter.arctech.{provider}; Kuka.IsGlobalPoint=False; Kuka.PointName={point};{help_point} "
-        f"Kuka.BlendingEnabled={blends}; Kuka.MoveDataName=CPDAT{point}; Kuka.VelocityPath={velocity:g}; "
-        f"Kuka.CurrentCDSetIndex=0; Kuka.MovementParameterFieldEnabled=True; ArcTech.WdatVarName={data}"
-    )
-    return [";FOLD Parameters ;%{h}", f";Params {text}", ";ENDFOLD"]
 
 
 def act_lines(point: str, velocity: str) -> list[str]:
