@@ -43,7 +43,8 @@ class RetryError(Exception):
 class Memory(BlockInterpreter):
     """Modules with their data, and how routines and their handlers run; `Interpreter` knows the instructions."""
 
-    grammar, words, COMMENT, PARSER = GRAMMAR, SYNTAX, MARK, RapidParser
+    grammar, words, COMMENT, PARSER, RETURNS = GRAMMAR, SYNTAX, MARK, RapidParser, False
+    FOR = ("FROM", "TO", "STEP", "DO")
     SIGNAL = r"(?i)\bSearchL(?:\\(?:(?P<off>NegFlank)|\w+))*,[ \t]*+(?P<name>\w++)"
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
@@ -135,40 +136,38 @@ class Memory(BlockInterpreter):
             value = value[int(index) - 1]
         return value
 
-    def call(self, name: str, arguments: list[Any]) -> Any:
-        options = arguments.pop() if arguments and isinstance(arguments[-1], dict) else {}
-        if name in {"OFFS", "RELTOOL"}:
-            target, *by = arguments
-            turns = [options.get(axis, 0.0) for axis in ("RX", "RY", "RZ")]
-            shift = rigid(about("XYZ", turns), by)
-            moved = shift @ matrix(target) if name == "OFFS" else matrix(target) @ shift
-            return Record("robtarget", [*typed("pose", pose_values(moved)).values, *target.copy().values[2:]])
-        if name == "CROBT":
-            tool, wobj = options.get("TOOL"), options.get("WOBJ", self.data["WOBJ0"].value)
-            if tool is None:
-                raise ProgramError("CRobT without \\Tool")
-            seen = inverse_pose(self.T_of_frame(wobj) @ self.shift) @ self.machine.reading(self.T_of_tool(tool))
-            return typed("robtarget", [*pose_values(seen), [0, 0, 0, 0], [9e9] * 6])
-        functions: dict[str, Callable[..., Any]] = {
-            "POSEMULT": lambda a, b: typed("pose", pose_values(matrix(a) @ matrix(b))),
-            "POSEVECT": lambda a, v: Record(
-                "pos", (matrix(a)[:3, :3] @ np.array(v.values, float) + matrix(a)[:3, 3]).tolist()
-            ),
-            "POSEINV": lambda a: typed("pose", pose_values(inverse_pose(matrix(a)))),
-            "ORIENTZYX": lambda z, y, x: typed("orient", pose_values(rigid(about("ZYX", [z, y, x]), [0, 0, 0]))[1]),
-            "DINPUT": lambda value: value,
-            "DOUTPUT": lambda value: value,
-            "NUMTOSTR": lambda value, digits: f"{value:.{int(digits)}f}",
-            "VALTOSTR": printed,
-            "DOTPROD": lambda a, b: float(np.dot(a.values, b.values)),
-            "VECTMAGN": lambda a: float(np.linalg.norm(a.values)),
-            "NORIENT": lambda q: typed("orient", (np.array(q, float) / np.linalg.norm(q)).tolist()),
-            "DISTANCE": lambda a, b: float(np.linalg.norm(np.subtract(a.values, b.values))),
-            "ABS": abs,
-        }
-        if name not in functions:
-            raise ProgramError(f"the function {name} is unknown")
-        return functions[name](*arguments)
+    def _displaced(self, target: Record, *by: float, in_tool: bool = False, **turns: float) -> Record:
+        shift = rigid(about("XYZ", [turns.get(axis, 0.0) for axis in ("RX", "RY", "RZ")]), by)
+        moved = matrix(target) @ shift if in_tool else shift @ matrix(target)
+        return Record("robtarget", [*typed("pose", pose_values(moved)).values, *target.copy().values[2:]])
+
+    def _crobt(self, **options: Any) -> Any:
+        tool, wobj = options.get("TOOL"), options.get("WOBJ", self.data["WOBJ0"].value)
+        if tool is None:
+            raise ProgramError("CRobT without \\Tool")
+        seen = inverse_pose(self.T_of_frame(wobj) @ self.shift) @ self.machine.reading(self.T_of_tool(tool))
+        return typed("robtarget", [*pose_values(seen), [0, 0, 0, 0], [9e9] * 6])
+
+    FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+        "offs": _displaced,
+        "reltool": lambda self, *given, **turns: self._displaced(*given, in_tool=True, **turns),
+        "crobt": _crobt,
+        "posemult": lambda _, a, b: typed("pose", pose_values(matrix(a) @ matrix(b))),
+        "posevect": lambda _, a, v: Record(
+            "pos", (matrix(a)[:3, :3] @ np.array(v.values, float) + matrix(a)[:3, 3]).tolist()
+        ),
+        "poseinv": lambda _, a: typed("pose", pose_values(inverse_pose(matrix(a)))),
+        "orientzyx": lambda _, z, y, x: typed("orient", pose_values(rigid(about("ZYX", [z, y, x]), [0, 0, 0]))[1]),
+        "dinput": lambda _, value: value,
+        "doutput": lambda _, value: value,
+        "numtostr": lambda _, value, digits: f"{value:.{int(digits)}f}",
+        "valtostr": lambda _, value: printed(value),
+        "dotprod": lambda _, a, b: float(np.dot(a.values, b.values)),
+        "vectmagn": lambda _, a: float(np.linalg.norm(a.values)),
+        "norient": lambda _, q: typed("orient", (np.array(q, float) / np.linalg.norm(q)).tolist()),
+        "distance": lambda _, a, b: float(np.linalg.norm(np.subtract(a.values, b.values))),
+        "abs": lambda _, value: abs(value),
+    }
 
     def input(self, name: str) -> int:
         """Return the level of an input that the touch switches."""
@@ -284,12 +283,6 @@ class Memory(BlockInterpreter):
                     raise LeaveError from None
                 break
 
-    def count(self, node: Node, tokens: list[str]) -> None:
+    def counted(self, node: Node, name: str, first: Any, last: Any, step: Any = None) -> None:
         """Run a block with a variable that counts, by default down where the last value is less."""
-        words = [token.upper() for token in tokens]
-        if "FROM" not in words or "TO" not in words:
-            raise ProgramError(f"{node.text[:40]!r} is no FOR")
-        to, by = words.index("TO"), words.index("STEP") if "STEP" in words else len(words) - 1
-        first, last = int(self.value(tokens[words.index("FROM") + 1 : to])), int(self.value(tokens[to + 1 : by]))
-        step = int(self.value(tokens[by + 1 : -1])) if "STEP" in words else 1 if last >= first else -1
-        self.counted(node, words[1], first, last, step)
+        super().counted(node, name, first, last, (1 if last >= first else -1) if step is None else step)

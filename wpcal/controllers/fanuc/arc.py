@@ -9,7 +9,7 @@ References: FANUC, R-30iB ArcTool Operator's Manual (weld start, weld end, weave
 from __future__ import annotations
 
 from wpcal.controllers.program import WeldPath
-from wpcal.controllers.program.arc import needed, refuse
+from wpcal.controllers.program.arc import has_weave, needed, refuse
 from wpcal.weld.values import WeaveShape
 
 PROCEDURE = 1  #: The weld procedure whose schedules are used.
@@ -28,8 +28,7 @@ def tp_arc_on(path: WeldPath, speed_mm_s: float) -> list[str]:
 
 def tp_arc_off(path: WeldPath) -> list[str]:
     """Return the instructions that end the arc and the weave."""
-    has_weave = path.values.weave is not None or path.values.weave_data is not None
-    return [f"  Weld End[{PROCEDURE},{_schedule(path)}]", *(["  Weave End"] if has_weave else [])]
+    return [f"  Weld End[{PROCEDURE},{_schedule(path)}]", *(["  Weave End"] if has_weave(path) else [])]
 
 
 def _schedule(path: WeldPath) -> int:

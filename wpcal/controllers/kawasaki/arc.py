@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.program.arc import end_time_s, needed, refuse
+from wpcal.controllers.program.arc import end_time_s, has_weave, needed, refuse
 from wpcal.robot.moves import Arc, Move
 
 LANGUAGE = "AS"
@@ -66,7 +66,7 @@ def conditions(program: WeldProgram) -> Mapping[str, Conditions]:
 def _conditions(path: WeldPath, program: WeldProgram, welds: _Numbers, craters: _Numbers) -> Conditions:
     job, time_s = path.values.job, end_time_s(path)
     if job is not None:
-        if path.values.weave is not None or path.values.weave_data is not None:
+        if has_weave(path):
             why = f"weld condition {job} of the controller has the weave; state null, or no job"
             raise refuse(path, "weave", language=LANGUAGE, why=why)
         return Conditions(job, job if time_s else None, ())

@@ -106,7 +106,7 @@ BLOCK = r"IF\s(?:.*\s)?THEN$|(?:FOR|WHILE|DO|CASE)(?!\S)"
 class Interpreter(BlockInterpreter):
     """Runs AS programs; variables have no value before the files give them one."""
 
-    grammar, words, COMMENT, BREAK = GRAMMAR, WORDS, ";", "EXIT"
+    grammar, words, COMMENT, BREAK, RETURNS = GRAMMAR, WORDS, ";", "EXIT", False
     SIGNAL = r"(?i)\bTILL (?P<off>-)?(?P<name>\d{1,5}+)\b"
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
@@ -177,12 +177,6 @@ class Interpreter(BlockInterpreter):
         if name in own:
             return Transformation(own[name])
         return Transformation(self.T_tool()) if name == "TOOL" else super().name(name)
-
-    def call(self, name: str, arguments: list[Any]) -> Any:
-        """Return the value of a function, or the element of an array of signals."""
-        if name in self.routines:
-            raise ProgramError(f"{name} is not a function")
-        return super().call(name, arguments)
 
     def _sig(self, *numbers: Any) -> int:
         return -1 if all(self._signal(int(number)) for number in numbers) else 0

@@ -13,6 +13,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 from wpcal.controllers.kawasaki.read import read_as
 from wpcal.controllers.kawasaki.write import (
     ACCURACY_MM,
@@ -27,8 +29,8 @@ from wpcal.controllers.kawasaki.write import (
     without_repeats,
 )
 from wpcal.controllers.language.naming import own_name
+from wpcal.controllers.language.rounding import texts
 from wpcal.controllers.language.touch import Numbers, ResultNames, TouchWriter
-from wpcal.controllers.program.planned import angle_texts
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.touch.searches.plan import TouchPlan
 from wpcal.touch.searches.results import ResultsFile, SearchResults
@@ -79,7 +81,7 @@ class _AsTouches(TouchWriter):
             body=without_repeats(body),
             frame=as_frame_text(self.frame),
             points=points,
-            joints="" if joints is None else " ".join(angle_texts(joints[None], MM_DECIMALS)[0]),
+            joints="" if joints is None else " ".join(texts(np.degrees(joints)[None], MM_DECIMALS)[0]),
         )
         return {f"{self.name}.as": "\r\n".join([*text, ""])}
 

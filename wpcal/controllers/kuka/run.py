@@ -95,7 +95,7 @@ WAITS = re.compile(r"\bWHEN[ \t]++\$IN\[(\d++)\]==(TRUE|FALSE)", re.IGNORECASE)
 class Interpreter(BlockInterpreter):
     """A robot interpreter with its modules; `signals` are numbers of inputs."""
 
-    grammar, words, COMMENT, BREAK, PARSER = TEXT, GRAMMAR, ";", "EXIT", KrlParser
+    grammar, words, COMMENT, BREAK, PARSER, RETURNS = TEXT, GRAMMAR, ";", "EXIT", KrlParser, False
     ARCS: Mapping[str, Does] = {"ARC_START": Does.ON, "ARC_END": Does.OFF}
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
@@ -188,16 +188,14 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"no element {indices}")
         return found
 
-    def call(self, name: str, arguments: list[Any]) -> Any:
-        if name == "INV_POS" and isinstance(arguments[0], Aggregate):
-            return frame_value(inverse_pose(arguments[0].matrix()))
-        if name in {"ABS", "SQRT"}:
-            return abs(arguments[0]) if name == "ABS" else math.sqrt(arguments[0])
-        if name == "SBASE":  # coupled to the flange of the robot that holds the part, with these numbers
-            return self.values.get("PART_HELD") or self.item(self.base_data, arguments)
-        if name == "EK" and len(arguments) == 3:  # the part that a positioner carries
-            return arguments[2]
-        raise ProgramError(f"the function {name} is unknown")
+    FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+        "inv_pos": lambda _, frame: frame_value(inverse_pose(frame.matrix())),
+        "abs": lambda _, value: abs(value),
+        "sqrt": lambda _, value: math.sqrt(value),
+        # coupled to the flange of the robot that holds the part, with these numbers
+        "sbase": lambda self, number: self.values.get("PART_HELD") or self.item(self.base_data, [number]),
+        "ek": lambda _, __, ___, part: part,  # that a positioner carries
+    }
 
     def _frame(self, name: str) -> FloatArray:
         value = self.system.get(name)

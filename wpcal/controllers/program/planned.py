@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.controllers.language.rounding import texts
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -110,13 +111,4 @@ class PlannedMoves:
     def external_texts(self, external: FloatArray, decimals: int) -> list[list[str]]:
         """Return external axes of shape (n, e) as texts: a rail in mm, and degrees."""
         rails = int(self.rail is not None)
-        turned = angle_texts(external[:, rails:], decimals)
-        along = (np.round(external[:, :rails], decimals) + 0.0).tolist()
-        return [[*(f"{v:.{decimals}f}" for v in mm), *deg] for mm, deg in zip(along, turned, strict=True)]
-
-
-def angle_texts(values: FloatArray, decimals: int) -> list[list[str]]:
-    """Return angles of shape (n, k), rad, as texts in degrees."""
-    return [
-        [f"{value:.{decimals}f}" for value in row] for row in (np.round(np.degrees(values), decimals) + 0.0).tolist()
-    ]
+        return texts(np.column_stack([external[:, :rails], np.degrees(external[:, rails:])]), decimals)

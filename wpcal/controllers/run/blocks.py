@@ -108,6 +108,7 @@ class BlockInterpreter(Interpreter):
     BREAK = "BREAK"  #: The word that ends the innermost loop.
     FOR = ("=", "TO", "STEP", "")  #: What is before the first value, the last and the step, and at the end of the line.
     FUNCTIONS: Mapping[str, Callable[..., Any]] = {}  #: Of the language, lower case; they get the interpreter first.
+    RETURNS = True  #: Whether routines of the program are functions, too.
     ARCS: Mapping[str, Does] = {}  #: Routines of the user that switch the arc, where the files do not hold them.
 
     def __init__(self, *args: Any, **given: Any) -> None:
@@ -155,6 +156,8 @@ class BlockInterpreter(Interpreter):
     def call(self, name: str, arguments: list[Any]) -> Any:
         """Return what a function of the program, or one of the language, returns; named arguments are a last dict."""
         if name in self.routines or name in self.ARCS:
+            if not self.RETURNS:
+                raise ProgramError(f"{name} is not a function")
             return self.routine(name, arguments)
         named = arguments.pop() if arguments and isinstance(arguments[-1], dict) else {}
         function = self.FUNCTIONS.get(name.lower())
