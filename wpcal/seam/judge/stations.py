@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.core.last_held import last_held
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
+from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.path.cut import by_number, parameters_at, points_at, spans_of
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.seam import Seam, SeamFrames
@@ -73,25 +75,42 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
     wires = _Wires.along(graph, seams)
     hits = _crossings(trimmed, wires)
     first = np.searchsorted(hits.seam, np.arange(len(seams) + 1))
-    own = [slice(a, b) for a, b in pairwise(first.tolist())]
-    bounds = [_bounds(seam, hits.s_mm[rows]) for seam, rows in zip(seams, own, strict=True)]
-    q = _between(wires, bounds)
-    around: list[set[int]] = [set() for _ in range(len(q))]
-    for point, solid in zip(*find_solids_around(ExactMaterial(graph, trimmed), q.reshape(-1, 3)), strict=True):
-        around[point // RAILS].add(int(solid))
-    start = np.cumsum([0, *(len(b) - 1 for b in bounds)]).tolist()
-    inside = [[frozenset(solids) for solids in around[a:b]] for a, b in pairwise(start)]
-    changes: list[_Change] = []
-    for row, (seam, b, states) in enumerate(zip(seams, bounds, inside, strict=True)):
-        begin = 0.0
-        for s, after_s, before, after in zip(b[1:-1].tolist(), b[2:].tolist(), states[:-1], states[1:], strict=True):
-            if bool(before) == bool(after):
-                continue
-            change = _Change(row, seam, s, bool(after), hits.select(own[row]).near(s), begin if after else after_s)
-            changes.append(change)
-            begin = s - (SLANT * start_mm(seam) if change.is_tip else 0.0)
-    cuts = {(change.row, change.s_mm): s for change, s in zip(changes, _cuts(trimmed, wires, changes), strict=True)}
-    return [_merged(row, b, states, cuts) for row, (b, states) in enumerate(zip(bounds, inside, strict=True))]
+    own = [hits.select(slice(a, b)) for a, b in pairwise(first.tolist())]
+    rough = _rough_stretches(trimmed, wires, own)
+    changes = [change for row, near in enumerate(own) for change in _changes_of(row, seams[row], rough[row], near)]
+    cuts = iter(_cuts(trimmed, wires, changes))
+    return [_cut_at(seam, every, [next(cuts) for _ in every[1:]]) for seam, every in zip(seams, rough, strict=True)]
+
+
+def _rough_stretches(trimmed: TrimmedFaces, wires: _Wires, hits: Sequence[_Crossings]) -> list[list[Stretch]]:
+    """Return the stretches of seams from crossing to crossing; a point of the wire is felt once between two of its own.
+
+    `hits`: length n. The crossings of each seam.
+    """
+    bounds = [_bounds(seam, own.s_mm) for seam, own in zip(wires.seams, hits, strict=True)]
+    start = np.cumsum([0, *(len(own) - 1 for own in bounds)])
+    q, is_felt = _between(wires, bounds), np.zeros((start[-1], RAILS), dtype=bool)
+    is_felt[start[:-1]] = True
+    for row, (b, own) in enumerate(zip(bounds, hits, strict=True)):
+        at = np.clip(np.searchsorted(b, own.s_mm, side="right") - 1, 0, len(b) - 2)
+        hit, rail = np.nonzero(own.out_mm[:, None] == wires.rails[row])
+        is_felt[start[row] + at[hit], rail] = True
+    felt, around = np.flatnonzero(is_felt), defaultdict(set)
+    points = q.reshape(-1, 3)[felt]
+    for point, solid in zip(*find_solids_around(ExactMaterial(wires.graph, trimmed), points), strict=True):
+        around[int(felt[point])].add(int(solid))
+    known = np.maximum.accumulate(np.where(is_felt, np.arange(is_felt.size).reshape(is_felt.shape), 0), axis=0)
+    inside = [frozenset().union(*(around[point] for point in own)) for own in known.tolist()]
+    return [_joined(seam, b, inside[a:]) for seam, b, a in zip(wires.seams, bounds, start.tolist(), strict=False)]
+
+
+def _changes_of(row: int, seam: Seam, stretches: Sequence[Stretch], hits: _Crossings) -> Iterator[_Change]:
+    begin = 0.0
+    for after in stretches[1:]:
+        limit = begin if after.solids else after.high_mm
+        near = hits.select(np.abs(hits.s_mm - after.low_mm) <= SAME_PLACE_MM)
+        yield (change := _Change(row, seam, after.low_mm, bool(after.solids), near, limit))
+        begin = after.low_mm - (SLANT * start_mm(seam) if change.is_tip else 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,9 +121,6 @@ class _Crossings(Columns):
     face: IntArray
     s_mm: FloatArray
     out_mm: FloatArray
-
-    def near(self, s_mm: float) -> _Crossings:
-        return self.select(np.abs(self.s_mm - s_mm) <= SAME_PLACE_MM)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -214,31 +230,40 @@ def _parameters(graph: BrepGraph, seam: Seam, s_mm: FloatArray) -> tuple[int, Fl
     return row, parameters_at(graph, seam.pieces, np.full(len(own), row), own)
 
 
-def _merged(
-    row: int, bounds: FloatArray, inside: list[frozenset[int]], cuts: dict[tuple[int, float], float]
-) -> list[Stretch]:
-    """Join intervals that are all free or all inside, with exact ends between the others."""
-    stretches = [Stretch(float(bounds[0]), float(bounds[1]), inside[0])]
-    for low, high, solids in zip(bounds[1:-1].tolist(), bounds[2:].tolist(), inside[1:], strict=True):
-        last = stretches[-1]
-        if bool(solids) == bool(last.solids):
-            stretches[-1] = Stretch(last.low_mm, high, last.solids | solids)
-            continue
-        cut = min(max(cuts[row, low], last.low_mm), high)
-        stretches[-1] = Stretch(last.low_mm, cut, last.solids)
-        stretches.append(Stretch(cut, high, solids))
-    return _without_slivers(stretches)
+def _joined(seam: Seam, bounds: FloatArray, inside: Sequence[frozenset[int]]) -> list[Stretch]:
+    """Join the intervals between bounds that are all free or all inside the solids `inside`."""
+    found = []
+    for _, run in groupby(zip(pairwise(bounds.tolist()), inside, strict=False), key=lambda own: bool(own[1])):
+        ends, solids = zip(*run, strict=True)
+        found.append(Stretch(ends[0][0], ends[-1][1], frozenset().union(*solids)))
+    return _without_slivers(seam, found)
 
 
-def _without_slivers(stretches: list[Stretch]) -> list[Stretch]:
-    """Give what is shorter than `SAME_PLACE_MM` to its neighbours."""
+def _cut_at(seam: Seam, stretches: Sequence[Stretch], cuts: Sequence[float]) -> list[Stretch]:
+    """Move the ends between stretches to exact ones."""
+    ends = [stretches[0].low_mm]
+    for stretch, cut in zip(stretches[1:], cuts, strict=True):
+        ends.append(min(max(cut, ends[-1]), stretch.high_mm))
+    ends.append(stretches[-1].high_mm)
+    return _without_slivers(
+        seam, [Stretch(*own, stretch.solids) for own, stretch in zip(pairwise(ends), stretches, strict=True)]
+    )
+
+
+def _without_slivers(seam: Seam, stretches: Sequence[Stretch]) -> list[Stretch]:
+    """Give free stretches that are too short for a weld, and all below `SAME_PLACE_MM`, to their neighbours.
+
+    What is free at the start of a closed seam may go on at its end.
+    """
     kept: list[Stretch] = []
-    for stretch in stretches:
-        low = stretch.low_mm if kept else stretches[0].low_mm
-        if kept and (stretch.high_mm - low <= SAME_PLACE_MM or bool(stretch.solids) == bool(kept[-1].solids)):
+    for number, stretch in enumerate(stretches):
+        low, is_last = stretch.low_mm if kept else stretches[0].low_mm, number == len(stretches) - 1
+        is_split = seam.closed and number in (0, len(stretches) - 1)
+        least_mm = SAME_PLACE_MM if stretch.solids or is_split else LEAST_CANDIDATE_MM
+        if kept and (stretch.high_mm - low <= least_mm or bool(stretch.solids) == bool(kept[-1].solids)):
             last = kept.pop()
-            kept.append(Stretch(last.low_mm, stretch.high_mm, last.solids))
-        elif stretch.high_mm - low > SAME_PLACE_MM or len(stretches) == 1:
+            kept.append(Stretch(last.low_mm, stretch.high_mm, last.solids and last.solids | stretch.solids))
+        elif is_last or stretch.high_mm - low > least_mm:
             kept.append(Stretch(low, stretch.high_mm, stretch.solids))
     return kept
 
