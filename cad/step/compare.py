@@ -160,15 +160,15 @@ def _vertex_issues(expected: FloatArray, found: FloatArray) -> list[Issue]:
         return []
     worst = float(np.abs(expected - found).max())
     if worst > VERTEX_ATOL_MM:
-        worst = _nearest(expected, found)  # the order of the points does not matter
+        worst = nearest_mm(expected, found)  # the order of the points does not matter
     if worst <= VERTEX_ATOL_MM:
         return []
     message = f"the written file's vertices are off the moved ones by {worst:.3g} mm (allowed {VERTEX_ATOL_MM:g})"
     return [Issue("moved-vertices-differ", message)]
 
 
-def _nearest(expected: FloatArray, found: FloatArray) -> float:
-    """Largest distance from a point of either set to the nearest of the other, mm."""
+def nearest_mm(expected: FloatArray, found: FloatArray) -> float:
+    """Largest distance from a point of either set, shapes (m, 3) and (n, 3), to the nearest of the other, mm."""
     from scipy.spatial import cKDTree
 
     there, back = cKDTree(found).query(expected)[0], cKDTree(expected).query(found)[0]
@@ -196,5 +196,5 @@ def _seam_difference(leaf: Leaf, T_base_part: RigidTransform, seam: SeamCurve) -
     length_mm = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     off_mm = abs(edge_length(edges[0]) - length_mm)
     ends = points[:1] if seam.is_closed else points[[0, -1]]
-    off_mm = max(off_mm, _nearest(ends, vertex_points(edges[0])))
+    off_mm = max(off_mm, nearest_mm(ends, vertex_points(edges[0])))
     return f"is off by {off_mm:.3g} mm" if off_mm > VERTEX_ATOL_MM else ""

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from cad.kernel.geometry import surface_kind, vertex_points
 from cad.kernel.topology import FACE, sub_shapes
-from cad.step.compare import VERTEX_ATOL_MM, StepInventory, take_inventory
+from cad.step.compare import VERTEX_ATOL_MM, StepInventory, nearest_mm, take_inventory
 from cad.step.read import StepPart, StepSolid
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
@@ -107,5 +106,4 @@ def _off(T: FloatArray, old: FloatArray, new: FloatArray) -> float:
     worst = float(np.abs(expected - new).max())
     if worst <= VERTEX_ATOL_MM:
         return worst
-    there, back = cKDTree(new).query(expected)[0], cKDTree(expected).query(new)[0]
-    return float(max(np.max(there), np.max(back)))
+    return nearest_mm(expected, new)

@@ -233,7 +233,7 @@ def _placed_solids(
         bodies = prepared[leaf.entry].bodies
         for shape, own in zip(bodies, _own_attributes(leaf, bodies, tree), strict=True):
             number += 1
-            name = _unique_name(_best_name(own.name, leaf.use, whole) or f"S{number}", taken)
+            name = unique_name(_best_name(own.name, leaf.use, whole) or f"S{number}", taken)
             placed = shape.Moved(leaf.use.location)
             layers = merged_layers(leaf.use.layers, own.layers)
             color = leaf.use.color or own.color
@@ -290,7 +290,8 @@ def _best_name(own: str, use: Use, whole: int) -> str:
     return next(given, own or use.name)
 
 
-def _unique_name(name: str, taken: set[str]) -> str:
+def unique_name(name: str, taken: set[str]) -> str:
+    """Return a name, with a number if it is taken, and take it."""
     candidate, count = name, 1
     while candidate in taken:
         count += 1

@@ -156,17 +156,13 @@ def _megabytes(path: Path) -> str:
 
 
 def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
+    from cad.step.read import unique_name
+
     named: list[tuple[str, Any]] = []
     taken: set[str] = set()
     for shape in shapes:
         for label, solid in labelled_solids(shape):
-            base = label or f"S{len(named) + 1}"
-            name, count = base, 1
-            while name in taken:
-                count += 1
-                name = f"{base}#{count}"
-            taken.add(name)
-            named.append((name, solid))
+            named.append((unique_name(label or f"S{len(named) + 1}", taken), solid))
     return named
 
 

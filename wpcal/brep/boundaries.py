@@ -1,7 +1,5 @@
 """The boundaries of faces as polylines, with the parameters of their points on the faces (sag `curves.CHORD_MM`)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.curves import edge_polylines

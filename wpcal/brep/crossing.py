@@ -1,7 +1,5 @@
 """Where curves go through surfaces: zeros of heights above a surface, many at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import TypeAlias
 

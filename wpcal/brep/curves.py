@@ -1,7 +1,5 @@
 """Points and exact tangents on edges, many at once."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

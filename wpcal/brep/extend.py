@@ -1,7 +1,5 @@
 """Edges without a face, added to a graph: curves that were computed, not read from the file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Refuse a part that is nowhere: a damaged file can place faces, curves and points at infinity."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.curves import evaluate_edges

@@ -4,8 +4,6 @@ The same graph gives the same bytes: the entries are not compressed and carry a 
 are stored one after the other, with their counts.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import zipfile

@@ -8,8 +8,6 @@ with f the nearest points of the surfaces and n their normals there. With h = 0 
 the centre of a ball of radius h that touches both from outside.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """A part as triangles, for the views of pages and other programs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

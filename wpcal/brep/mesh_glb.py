@@ -8,8 +8,6 @@ the mesh and the hash of the model.
 References: Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022), and its extension KHR_mesh_quantization.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from dataclasses import dataclass, field

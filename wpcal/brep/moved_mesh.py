@@ -1,7 +1,5 @@
 """The triangles of a part whose bodies moved: each solid where its body is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Nearest points on edges' whole curves, many at once: closed form on lines and circles, Newton on the others."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.curves import evaluate_edges

@@ -1,7 +1,5 @@
 """Rays through a part: which of many rays hit a face within a length."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph

@@ -1,7 +1,5 @@
 """What a file says about a solid besides its shape: names above it, its colour, its material."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

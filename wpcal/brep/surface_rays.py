@@ -1,7 +1,5 @@
 """Where rays go through free-form surfaces: Newton's method from the cells whose boxes they meet."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

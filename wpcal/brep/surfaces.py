@@ -5,8 +5,6 @@ and latitude; torus: angle about z and angle about the tube; NURBS: its own. The
 and differ from those in the CAD file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ divided into two quadratics by the largest root of its resolvent cubic (Descarte
 Newton's steps.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.core.arrays import FloatArray

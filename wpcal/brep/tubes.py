@@ -1,7 +1,5 @@
 """Straight tubes with flat ends against triangles, and the lines that stand for a tube against exact faces."""
 
-from __future__ import annotations
-
 from typing import TypeAlias
 
 import numpy as np
