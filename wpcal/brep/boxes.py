@@ -107,18 +107,3 @@ def _morton(points: FloatArray) -> IntArray:
     bits = (cells[:, :, None] >> np.arange(MORTON_BITS)) & 1
     place = 3 * np.arange(MORTON_BITS) + np.arange(3)[:, None]
     return np.asarray((bits << place).sum(axis=(1, 2)), dtype=np.int64)
-
-
-def boxes_of_solids(
-    face_solid: IntArray, face_box: tuple[FloatArray, FloatArray], count: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return boxes around solids from the boxes of their faces; a solid without faces has an empty box.
-
-    `face_solid`: shape (F,). Number of the solid of each face.
-    `face_box`: shape (F, 3). Least and greatest corners, mm.
-    Returns `low`, `high`: ndarray, shape (s, 3). Infinite and the wrong way round where there are no faces.
-    """
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, face_solid, face_box[0])
-    np.maximum.at(high, face_solid, face_box[1])
-    return low, high

@@ -1,7 +1,5 @@
 """Which edges of a solid are concave: corners where the outside angle between two faces is below 180 degrees."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.curves import evaluate_edges
@@ -32,10 +30,19 @@ def corner_turns(graph: BrepGraph, edges: IntArray) -> tuple[FloatArray, FloatAr
     """Return sine and cosine of the angle between the normals beside edges, at their middle; concave: negative sine.
 
     The inside of the left face lies along n × x, with its normal n and the tangent x. The edge is concave if the normal
-    of the right face leans that way.
+    of the right face leans that way. Found once for an edge, and kept with the graph.
 
     `edges`: shape (m,). Edges with a face on both sides.
     """
+    known: FloatArray = vars(graph).setdefault("turns", np.full((2, graph.edge_count), np.nan))
+    new = edges[np.isnan(known[0, edges])]
+    if len(new):
+        known[:, new] = _corner_turns(graph, new)
+    sine, cosine = known[:, edges]
+    return sine, cosine
+
+
+def _corner_turns(graph: BrepGraph, edges: IntArray) -> tuple[FloatArray, FloatArray]:
     p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
     x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
     left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.strips import items_of
 from wpcal.brep.surface_rays import meet_rays, way_through
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.torus_rays import torus_roots
@@ -15,6 +17,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 
 CHUNK = 5000  #: Rays handled in one array: some 50 MB at ten faces per ray.
+FEW_FACES = 32  #: Rays through solids with so few faces are compared with each of their boxes, without a tree.
 THIN_MM = 0.1  #: Boxes grow by this, so that a ray across a plane face has samples on both sides of the face.
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
@@ -52,22 +55,42 @@ def find_hits(
     `length_mm`: shape (m,). Where the rays end.
     `solid`: shape (m,). Only the faces of this solid, one for all rays or one for each.
     """
-    each = np.asarray(-1 if solid is None else solid, dtype=np.int64)
-    is_one = solid is not None and each.ndim == 0 and bool((graph.face_solid != each).any())
-    faces = np.flatnonzero(graph.face_solid == each) if is_one else None
-    tree = trimmed.box_tree if faces is None else BoxTree.of(*(corner[faces] for corner in trimmed.face_box))
-    length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
-    found = []
-    for first in range(0, max(len(origins), 1), CHUNK):
-        chunk = slice(first, first + CHUNK)
-        ray, face, low, high = _through_boxes(trimmed, tree, origins[chunk], rays[chunk], length[chunk], faces)
-        ray = ray + first
-        if each.ndim:
-            own = graph.face_solid[face] == np.broadcast_to(each, len(origins))[ray]
-            ray, face, low, high = ray[own], face[own], low[own], high[own]
+    length, found = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins)), []
+    for near in _near_pairs(trimmed, origins, rays, length, solid):
+        ray, face = near
+        with np.errstate(divide="ignore", invalid="ignore"):
+            box = (corner[face].T for corner in trimmed.face_box)
+            low, high = passage(origins[ray].T, rays[ray].T, length[ray], *box)
+        met = np.flatnonzero(high > low)
+        ray, face, low, high = ray[met], face[met], low[met], high[met]
         pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length[ray], (low, high))
         found.append(RayHits(ray[pair], face[pair], at, way))
     return RayHits.joined(found).in_order()
+
+
+def _near_pairs(
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray, solid: IntArray | int | None
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield pairs of a ray and a face whose box it may meet, by ray, for so many rays at a time; of its solid only."""
+    of_face, each = trimmed.graph.face_solid, np.broadcast_to(-1 if solid is None else solid, len(origins))
+    asked = np.zeros(len(trimmed.graph.solid_names) + 1, dtype=bool)
+    asked[each] = True  # the last one: all
+    faces = np.flatnonzero(asked[of_face] | asked[-1])
+    is_whole = len(faces) == len(of_face)
+    tree = trimmed.box_tree if is_whole else BoxTree.of(*(corner[faces] for corner in trimmed.face_box))
+    by_solid = np.argsort(of_face, kind="stable")
+    start = np.searchsorted(of_face[by_solid], np.arange(len(asked)))
+    are_few = isinstance(solid, np.ndarray) and np.diff(start)[each].sum() <= FEW_FACES * len(each)
+    for first in range(0, max(len(origins), 1), CHUNK):
+        chunk = slice(first, first + CHUNK)
+        if are_few:
+            ray, item = items_of(start, each[chunk])
+            yield ray + first, by_solid[item]
+        else:
+            ray, item = boxes_met(tree, origins[chunk], rays[chunk], length[chunk])
+            ray, face = ray + first, faces[item]
+            own = asked[-1] | (of_face[face] == each[ray])
+            yield ray[own], face[own]
 
 
 def through_faces(
@@ -155,25 +178,6 @@ def _is_between(z: FloatArray, dz: FloatArray, half: FloatArray, low: FloatArray
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (-half - z) / dz, (half - z) / dz
     return np.asarray(np.minimum(high, np.fmax(a, b)) > np.maximum(low, np.fmin(a, b)), dtype=bool)
-
-
-def _through_boxes(
-    trimmed: TrimmedFaces,
-    tree: BoxTree,
-    origins: FloatArray,
-    rays: FloatArray,
-    length: FloatArray,
-    faces: IntArray | None,
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Return pairs of a ray and a face, of all or some, whose box it meets, and where it enters and leaves this box.
-
-    `tree`: Of the boxes of the faces.
-    """
-    low, high = trimmed.face_box
-    ray, face = boxes_met(tree, origins, rays, length)
-    face = face if faces is None else faces[face]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return ray, face, *passage(origins[ray].T, rays[ray].T, length[ray], low[face].T, high[face].T)
 
 
 def boxes_met(tree: BoxTree, origins: FloatArray, rays: FloatArray, length: FloatArray) -> tuple[IntArray, IntArray]:

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import CHUNK, RayHits, boxes_met, find_hits
 from wpcal.brep.mesh import PartMesh
@@ -87,7 +87,7 @@ class ExactMaterial:
     @property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corners of a box around each solid, two arrays (s, 3), mm."""
-        return boxes_of_solids(self.graph.face_solid, self.trimmed.face_box, len(self.graph.solid_names))
+        return self.trimmed.solid_boxes
 
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids; shapes as in `Material`."""

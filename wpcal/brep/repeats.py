@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.extend import FreeEdge, add_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
@@ -91,7 +91,7 @@ def solid_shapes(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
 def solid_copies(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, tuple[int, FloatArray]]:
     """Return the solids that are an earlier one at another place: that one, and the way from it, shape (3,), mm."""
     shape = solid_shapes(graph, trimmed)
-    low, _ = boxes_of_solids(graph.face_solid, trimmed.face_box, len(shape))
+    low, _ = trimmed.solid_boxes
     copied = np.flatnonzero(shape != np.arange(len(shape))).tolist()
     return {solid: (int(shape[solid]), low[solid] - low[shape[solid]]) for solid in copied}
 
@@ -99,7 +99,7 @@ def solid_copies(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, tuple[int
 def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterator[SolidGroup]:
     """Yield the groups of solids; a solid without faces belongs to none."""
     count = len(graph.solid_names)
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)
+    low, high = trimmed.solid_boxes
     a, b = BoxTree.of(low, high).meeting(low - within_mm, high + within_mm)
     number = linked_groups(count, a, b)
     of_face = number[graph.face_solid]

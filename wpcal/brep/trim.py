@@ -70,6 +70,8 @@ class TrimmedFaces:
         tree, patches = self.box_tree.without(hidden), self.patch_boxes.without(hidden)
         other = self.with_graph(self.graph)
         vars(other).update(face_box=boxes, box_tree=tree, patch_boxes=patches)
+        for name in ("solid_boxes", "solid_sides_mm"):
+            vars(other).pop(name, None)
         return other
 
     def heights(self, face: int, way: FloatArray) -> FloatArray:
@@ -102,6 +104,19 @@ class TrimmedFaces:
             low[number] = np.minimum(low[number], corners[0].min(axis=0))
             high[number] = np.maximum(high[number], corners[1].max(axis=0))
         return low, high
+
+    @cached_property
+    def solid_boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest corner of a box around each solid, two arrays (S, 3); of one without faces, ±infinite."""
+        low, high = (np.full((len(self.graph.solid_names), 3), end) for end in (np.inf, -np.inf))
+        np.minimum.at(low, self.graph.face_solid, self.face_box[0])
+        np.maximum.at(high, self.graph.face_solid, self.face_box[1])
+        return low, high
+
+    @cached_property
+    def solid_sides_mm(self) -> FloatArray:
+        """The sides of the box around each solid, shape (S, 3), mm; zero if it has no faces."""
+        return np.maximum(self.solid_boxes[1] - self.solid_boxes[0], 0.0)
 
     def _ring_ends(self, faces: IntArray, axis: int) -> FloatArray:
         """Return between which u (axis 0) or v (axis 1) faces on tori lie, shape (k, 2), rad.

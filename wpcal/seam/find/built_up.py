@@ -8,7 +8,8 @@ its shape (Cauchy-Crofton).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.surfaces import off_axis, project_to_faces, square_to, unit
 from wpcal.brep.trim import TrimmedFaces, once_per_solid
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.seam.find.tubes import find_tubes
 
 LEAST_BUILT_UP = 0.9
@@ -31,6 +32,7 @@ SAME_THICKNESS = 0.02  #: Relative difference of thicknesses that are one.
 POINTS, POINTS_A_FACE = 600, 10
 """Random points on the surface of a solid that are to be explained: at least so many, and so many for each face."""
 LINES, ROUNDS = 500, 40  #: Random lines per round, and most rounds.
+TOGETHER = 100  #: Solids through which lines are sent together: some 50 MB.
 LOOKS = ((60, 0.35), (250, 0.15), (1200, 0.0))
 """Points on the surface that are looked at. A share that is lower than `LEAST_BUILT_UP` by so much is the answer (more
 than 5 sigma); all of them are enough for 0.02."""
@@ -78,7 +80,7 @@ def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surface:
+class Surface(Columns):
     """Random points that are spread evenly over the surface of a solid, and what was felt there."""
 
     p: FloatArray  #: shape (n, 3). `SKIN_MM` below the surface, mm.
@@ -97,10 +99,22 @@ class Surface:
 def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surface:
     """Return about `POINTS` points on the surface of a solid, or `POINTS_A_FACE` for each face if these are more."""
     lines, own = _lines_through(graph, trimmed, solid), graph.face_solid == solid
-    sent = lines.send(graph, trimmed, own, max(POINTS, POINTS_A_FACE * int(own.sum())))
-    rows = np.flatnonzero(np.linalg.norm(lines.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE)
-    mm2 = 2.0 * np.pi * lines.radius**2 / (sent * LINES)
-    return Surface(lines.p[rows], lines.normal[rows], lines.face[rows], lines.thick[rows], lines.facing[rows], mm2)
+    sent = lines.send(graph, trimmed, own, int(_points_asked(graph)[solid]))
+    felt = replace(lines.felt, mm2=2.0 * np.pi * lines.radius**2 / (sent * LINES))
+    return felt.select(np.flatnonzero(np.linalg.norm(felt.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE))
+
+
+def sample_surfaces(graph: BrepGraph, trimmed: TrimmedFaces, solids: Sequence[int]) -> None:
+    """Feel the surfaces of solids with few faces together; of others `sampled_surface` feels each by itself."""
+    asked = _points_asked(graph)
+    lines = [_lines_through(graph, trimmed, solid) for solid in solids if 0 < asked[solid] <= POINTS]
+    while due := [own for own in lines if len(own.rounds) < ROUNDS and len(own.felt.face) < asked[own.solid]]:
+        _send_round(graph, trimmed, due[:TOGETHER])
+
+
+def _points_asked(graph: BrepGraph) -> IntArray:
+    counts = np.bincount(graph.face_solid, minlength=len(graph.solid_names))
+    return np.where(counts, np.maximum(POINTS, POINTS_A_FACE * counts), 0)
 
 
 @dataclass(slots=True, eq=False)
@@ -111,38 +125,29 @@ class _Lines:
     centre: FloatArray  #: shape (3,).
     radius: float  #: Of the ball, mm.
     rng: np.random.Generator
+    felt: Surface  #: What was felt in all rounds; `mm2` is not used.
     rounds: list[int] = field(default_factory=list)  #: How many points there are after each round of lines.
-    #: shape (n,). Of each point on the surface.
-    face: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    #: `p`, `normal`: shape (n, 3). The point just below the surface, mm, and the outward normal.
-    p: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
-    normal: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
-    #: shape (n,). How far straight through the material, mm.
-    thick: FloatArray = field(default_factory=lambda: np.zeros(0))
-    #: shape (n,). Cosine between the outward normals here and on the other side.
-    facing: FloatArray = field(default_factory=lambda: np.zeros(0))
     #: shape (n, RIM_WAYS). How thick the material is along the surface, mm; negative where it was not felt yet,
     #: infinite where the two sides are not parallel.
     across: FloatArray = field(default_factory=lambda: np.zeros((0, RIM_WAYS)))
-    #: shape (F,). Of faces of round tubes, the thickness of the wall, mm; otherwise not a number. Found when it is
-    #: asked for.
-    walls: FloatArray | None = None
 
     def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> float:
         """Return the share of `built_up_share` after so many hits on the counted faces."""
         sent = self.send(graph, trimmed, counted, hits)
-        rows = np.flatnonzero(counted[self.face[: self.rounds[sent - 1]]])
+        rows = np.flatnonzero(counted[self.felt.face[: self.rounds[sent - 1]]])
         if len(rows) == 0:
             return 0.0
-        rows = rows[np.linalg.norm(self.normal[rows], axis=1) > ON_SURFACE]
+        rows = rows[np.linalg.norm(self.felt.normal[rows], axis=1) > ON_SURFACE]
+        face, thick = self.felt.face[rows], self.felt.thick[rows]
         # a line through the ball meets a surface as often as the two areas say
-        hit = np.bincount(self.face[rows], minlength=graph.face_count)
+        hit = np.bincount(face, minlength=graph.face_count)
         face_area = hit * (2.0 * np.pi * self.radius**2) / (sent * LINES)
-        flat = self.facing[rows] < OPPOSITE_COS
-        is_plate = flat & (self.thick[rows] < FLATTEST * np.sqrt(face_area[self.face[rows]]))
-        wall = self._walls(graph, trimmed)
-        is_tube = flat & (np.abs(self.thick[rows] - wall[self.face[rows]]) <= SAME_THICKNESS * self.thick[rows])
-        used, plates = _commonest(np.sort(self.thick[rows[is_plate & ~is_tube]]))
+        flat = self.felt.facing[rows] < OPPOSITE_COS
+        is_plate = flat & (thick < FLATTEST * np.sqrt(face_area[face]))
+        tubes, wall = find_tubes(graph, trimmed, self.solid), np.full(graph.face_count, np.nan)
+        wall[tubes.face] = tubes.wall_mm
+        is_tube = flat & (np.abs(thick - wall[face]) <= SAME_THICKNESS * thick)
+        used, plates = _commonest(np.sort(thick[is_plate & ~is_tube]))
         plates += int(is_tube.sum())
         used = np.concatenate([used, np.unique(wall[np.isfinite(wall)])])
         rim = rows[~is_plate & ~is_tube]
@@ -150,43 +155,26 @@ class _Lines:
         near = np.abs(self.across[rim][..., None] - used) <= SAME_THICKNESS * used
         return (plates + int(near.any(axis=(1, 2)).sum())) / len(rows)
 
-    def _walls(self, graph: BrepGraph, trimmed: TrimmedFaces) -> FloatArray:
-        if self.walls is None:
-            tubes = find_tubes(graph, trimmed, self.solid)
-            self.walls = np.full(graph.face_count, np.nan)
-            self.walls[tubes.face] = tubes.wall_mm
-        return self.walls
-
     def send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
         """Send lines until there are so many hits on the counted faces; return after how many rounds there are."""
         for sent in range(1, ROUNDS + 1):
             if sent > len(self.rounds):
-                self._send_round(graph, trimmed)
-            if np.count_nonzero(counted[self.face[: self.rounds[sent - 1]]]) >= hits:
+                _send_round(graph, trimmed, [self])
+            if np.count_nonzero(counted[self.felt.face[: self.rounds[sent - 1]]]) >= hits:
                 return sent
         return ROUNDS
 
-    def _send_round(self, graph: BrepGraph, trimmed: TrimmedFaces) -> None:
+    def drawn(self) -> tuple[FloatArray, FloatArray]:
+        """Return starts and directions of new lines."""
         z = unit(self.rng.normal(size=(LINES, 3)))
         x = unit(np.cross(z, self.rng.normal(size=(LINES, 3))))
         off = self.radius * np.sqrt(self.rng.uniform(size=LINES))[:, None] * x
-        origins = self.centre + off - self.radius * z
-        found = find_hits(graph, trimmed, origins, z, length_mm=2.0 * self.radius, solid=self.solid)
-        p = origins[found.ray] + found.at_mm[:, None] * z[found.ray]
-        normal = project_to_faces(graph, found.face, p).normal
-        inside = p - SKIN_MM * normal
-        thick, opposite = way_out(graph, trimmed, self.solid, inside, -normal)
-        self.face = np.concatenate([self.face, found.face])
-        self.facing = np.concatenate([self.facing, np.einsum("ki,ki->k", normal, opposite)])
-        self.p, self.normal = np.concatenate([self.p, inside]), np.concatenate([self.normal, normal])
-        self.thick = np.concatenate([self.thick, thick + SKIN_MM])
-        self.across = np.concatenate([self.across, np.full((len(p), RIM_WAYS), -np.inf)])
-        self.rounds.append(len(self.face))
+        return self.centre + off - self.radius * z, z
 
     def _feel_rim(self, graph: BrepGraph, trimmed: TrimmedFaces, rows: IntArray) -> None:
         """Feel how thick the material is along the surface: on the rim of a plate, one of the known thicknesses."""
         rows = rows[self.across[rows, 0] == -np.inf]
-        p, normal = self.p[rows], self.normal[rows]
+        p, normal = self.felt.p[rows], self.felt.normal[rows]
         side = square_to(normal)
         other = np.cross(normal, side)
         for number, turn in enumerate(np.arange(RIM_WAYS) * np.pi / RIM_WAYS):
@@ -199,11 +187,31 @@ class _Lines:
             self.across[rows, number] = np.where(opposite, across, np.inf)
 
 
+def _send_round(graph: BrepGraph, trimmed: TrimmedFaces, lines: Sequence[_Lines]) -> None:
+    """Send new lines through solids, and feel how thick the material is where they meet it."""
+    origins, z = (np.concatenate(column) for column in zip(*(own.drawn() for own in lines), strict=True))
+    solid, far_mm = np.repeat([(own.solid, 2.0 * own.radius) for own in lines], LINES, axis=0).T
+    solid = solid.astype(np.int64)
+    found = find_hits(graph, trimmed, origins, z, length_mm=far_mm, solid=solid)
+    p = origins[found.ray] + found.at_mm[:, None] * z[found.ray]
+    normal = project_to_faces(graph, found.face, p).normal
+    inside = p - SKIN_MM * normal
+    thick, opposite = way_out(graph, trimmed, solid[found.ray], inside, -normal)
+    facing = np.einsum("ki,ki->k", normal, opposite)
+    felt = Surface(inside, normal, found.face, thick + SKIN_MM, facing, 0.0)
+    ends = np.searchsorted(found.ray, LINES * np.arange(len(lines) + 1)).tolist()
+    for own, first, last in zip(lines, ends[:-1], ends[1:], strict=True):
+        own.felt = Surface.joined([own.felt, felt.select(slice(first, last))])
+        own.across = np.concatenate([own.across, np.full((last - first, RIM_WAYS), -np.inf)])
+        own.rounds.append(len(own.felt.face))
+
+
 @once_per_solid
 def _lines_through(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> _Lines:
-    own = graph.face_solid == solid
-    low, high = trimmed.face_box[0][own].min(axis=0), trimmed.face_box[1][own].max(axis=0)
-    return _Lines(solid, (low + high) / 2, float(np.linalg.norm(high - low)) / 2, np.random.default_rng(0))
+    low, high = (corner[solid] for corner in trimmed.solid_boxes)
+    none, nowhere = np.zeros(0), np.zeros((0, 3))
+    felt = Surface(nowhere, nowhere, none.astype(np.int64), none, none, 0.0)
+    return _Lines(solid, (low + high) / 2, float(np.linalg.norm(high - low)) / 2, np.random.default_rng(0), felt)
 
 
 def way_out(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import find_hits
 from wpcal.brep.material import ExactMaterial, find_solids_around
@@ -78,7 +78,7 @@ def _find(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
 
 def _boxes_inside(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[IntArray, IntArray]:
     """Return the pairs of solids of which the box of the first is inside that of the second."""
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    low, high = trimmed.solid_boxes
     one, other = BoxTree.of(low, high).meeting(low, high)
     within = (low[one] >= low[other] - BOX_MM).all(axis=1) & (high[one] <= high[other] + BOX_MM).all(axis=1)
     kept = (one != other) & within
@@ -89,7 +89,7 @@ def _points_inside(
     graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, count: int, rng: np.random.Generator
 ) -> tuple[IntArray, FloatArray]:
     """Return places inside solids, half way along random lines through them: their solids, and points (n, 3)."""
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    low, high = trimmed.solid_boxes
     solid = np.repeat(solids, LINES * count)
     way = unit(rng.normal(size=(len(solid), 3)))
     through = low[solid] + (high - low)[solid] * rng.uniform(size=(len(solid), 3))
@@ -145,7 +145,7 @@ NEAR_MM = 0.01  #: A point is on a face if it is this near.
 def find_same_rooms(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int]]:
     """Find the pairs of solids that fill the same room. The first solid in a room, and another one."""
     count = len(graph.solid_names)
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)
+    low, high = trimmed.solid_boxes
     has_faces = np.flatnonzero(np.bincount(graph.face_solid, minlength=count) > 0)
     low, high = low[has_faces], high[has_faces]
     slack = SAME_BOX * np.linalg.norm(high - low, axis=1)[:, None]
@@ -169,8 +169,7 @@ def _fill_the_same(
 
     `looked`: What solids are where in the box of a solid, by its number and that of the points.
     """
-    own = graph.face_solid == a
-    low, high = trimmed.face_box[0][own].min(axis=0), trimmed.face_box[1][own].max(axis=0)
+    low, high = (corner[a] for corner in trimmed.solid_boxes)
     points = low + np.random.default_rng(0).uniform(size=(ROOM_LOOKS[-1][0], 3)) * (high - low)
     for count, clearly in ROOM_LOOKS:
         if (a, count) not in looked:

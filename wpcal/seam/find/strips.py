@@ -54,16 +54,25 @@ class Strip:
 
 
 def find_strips(
-    graph: BrepGraph, trimmed: TrimmedFaces, solids: BoolArray | None = None, *, min_length_mm: float = LEAST_SEAM_MM
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int | None = None, *, min_length_mm: float = LEAST_SEAM_MM
 ) -> list[Strip]:
     """Find the strips that fill a hollow corner between two other faces of their solid. By face.
 
     A strip runs smoothly into both faces, or meets both at hollow corners and has material as far as the corner that it
-    fills.
+    fills. They are found once for all solids, and kept in `trimmed.known`.
 
-    `solids`: shape (S,). Only these solids are searched; by default all.
+    `solid`: Only its strips are returned; by default those of all.
     """
-    edges = inner_edges(graph, solids)
+    key = f"strips of {min_length_mm} mm", -1
+    if key not in trimmed.known:
+        found = _find_strips(graph, trimmed, min_length_mm)
+        trimmed.known[key] = found, graph.face_solid[[one.face for one in found]]
+    found, solids = trimmed.known[key]
+    return found if solid is None else [found[row] for row in np.flatnonzero(solids == solid).tolist()]
+
+
+def _find_strips(graph: BrepGraph, trimmed: TrimmedFaces, min_length_mm: float) -> list[Strip]:
+    edges = inner_edges(graph)
     sine = corner_turns(graph, edges)[0]
     rounds = _between_two(graph, edges[np.abs(sine) < LEAST_TURN_SIN], min_length_mm)
     beads = _between_two(graph, edges[sine <= -LEAST_TURN_SIN], min_length_mm, is_bead=True)
@@ -76,16 +85,15 @@ def find_strips(
 
 def drawn_beads(graph: BrepGraph, strips: list[Strip]) -> BoolArray:
     """Tell which faces belong to beads that were drawn: strips with corners, and their ends, shape (F,)."""
-    found = np.zeros(graph.face_count, dtype=bool)
+    found, beads = np.zeros(graph.face_count, dtype=bool), [strip for strip in strips if strip.is_bead]
     longest = np.zeros(graph.face_count)
-    lengths = edge_lengths(graph)
-    for side in graph.edge_faces.T:
-        np.maximum.at(longest, side[side >= 0], lengths[side >= 0])
-    for strip in strips:
-        if strip.is_bead:
-            beside = graph.edge_faces[(graph.edge_faces == strip.face).any(axis=1)].ravel()
-            found[strip.face] = True
-            found[beside[(beside >= 0) & (longest[beside] <= MOST_END * strip.width_mm)]] = True
+    if beads:
+        inner = graph.edge_faces >= 0
+        np.maximum.at(longest, graph.edge_faces[inner], np.repeat(edge_lengths(graph), inner.sum(axis=1)))
+    for strip in beads:
+        beside = graph.edge_faces[(graph.edge_faces == strip.face).any(axis=1)].ravel()
+        found[strip.face] = True
+        found[beside[(beside >= 0) & (longest[beside] <= MOST_END * strip.width_mm)]] = True
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis
-from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 THIN_WALL = 0.6  #: The bore of a tube has this share of its diameter or more: bushes and rollers have thicker walls.
@@ -26,6 +26,7 @@ class Tubes:
     outer: BoolArray  #: shape (n,).
 
 
+@once_per_solid
 def find_tubes(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Tubes:
     """Find the round tubes in a solid.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.boxes import boxes_of_solids
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.material import ExactMaterial, find_solids_around
@@ -64,7 +63,7 @@ def pairs_over(
 ) -> tuple[IntArray, IntArray]:
     """Return the `candidate_pairs` over a wide gap of edges, shape (n,); solids below `LEAST_GAPS` are left out."""
     edge, face = candidate_pairs(graph, trimmed, gap_mm, edges=edges)
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    low, high = trimmed.solid_boxes
     is_large = (high - low).max(axis=1) >= LEAST_GAPS * gap_mm
     both = is_large[graph.edge_solid[edge]] & is_large[graph.face_solid[face]]
     return edge[both], face[both]

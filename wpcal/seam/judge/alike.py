@@ -13,7 +13,7 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.repeats import solid_shapes
@@ -135,7 +135,7 @@ class _Places:
         return [(what[a:b].tobytes(), solids[a:b]) for a, b in pairwise(ends)]
 
     def _copies(self) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
-        low, high = boxes_of_solids(self.graph.face_solid, self.trimmed.face_box, len(self.shape))
+        low, high = self.trimmed.solid_boxes
         row, solid = self._near(low, high, ~self.is_lone)
         return row, self.shape[solid], low[solid] - self.p[row], solid
 

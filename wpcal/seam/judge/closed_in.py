@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.brep.boxes import boxes_of_solids
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import find_hits
 from wpcal.brep.surfaces import project_to_faces
@@ -33,7 +32,7 @@ def find_held(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
     `solids`: shape (n, 2). Numbers of the solids of each pair.
     """
     found = np.zeros(len(solids), dtype=bool)
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    low, high = trimmed.solid_boxes
     shared = high[solids].min(axis=1) - low[solids].max(axis=1)  # what holds another goes round it
     for row in np.flatnonzero((shared > 2.0 * gap_mm).all(axis=1)).tolist():
         one, other = solids[row].tolist()

@@ -67,6 +67,8 @@ class ShapeLooks:
 
     def look_at(self, pairs: Iterable[Sequence[int]]) -> None:
         """Look at all pairs of solids together; `findings` then has less to ask of each."""
+        pairs = [*pairs]
+        self._one_pieces.look_at({solid for solids in pairs for solid in solids if not self.members[solid].said})
         asked = {self._first_pair(*solids) for solids in pairs if not all(self.members[solid].said for solid in solids)}
         new = sorted(asked - self._held.keys())
         is_held = find_held(self.graph, self.trimmed, np.reshape(new, (-1, 2)).astype(np.int64), self.gap_mm)
@@ -90,8 +92,7 @@ class ShapeLooks:
             yield from self._part
 
     def _of_pair(self, a: int, b: int) -> Iterator[Finding]:
-        sizes = [self._once(_size_mm, solid) for solid in (a, b)]
-        small, large = min(sizes), max(sizes)
+        small, large = sorted(self.trimmed.solid_sides_mm[[a, b]].max(axis=1).tolist())
         if large < self.nozzle_mm or small < SMALLEST * self.nozzle_mm:
             words = (
                 f"both solids fit in {large:.3g} mm" if large < self.nozzle_mm else f"one solid fits in {small:.3g} mm"
@@ -184,9 +185,3 @@ def _is_in_plane(graph: BrepGraph, tab: int, other: int, thick: float) -> bool:
     in_plane = (np.abs(np.einsum("ijk,ik->ij", q - p[:, None], n)) <= FLUSH_MM) & (n @ m.T > ON_COS)
     behind = (np.abs(np.einsum("ijk,ik->ij", p - p[:, None], n) + thick) <= FLUSH_MM) & (n @ n.T < -ON_COS)
     return bool((in_plane.any(axis=1) & behind.any(axis=1)).any())
-
-
-def _size_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
-    """Return the longest side of the box of a solid, mm."""
-    low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
-    return float((high.max(axis=0) - low.min(axis=0)).max())

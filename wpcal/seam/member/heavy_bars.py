@@ -102,8 +102,7 @@ def find_bar(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Bar | None:
         return None
     second = _least(np.where(np.abs(normal @ normal[first]) < ACROSS_COS, thick, np.inf))
     wide = np.inf if second is None else float(thick[second])
-    low, high = (corner[own] for corner in trimmed.face_box)
-    box = np.sort(high.max(axis=0) - low.min(axis=0))
+    box = np.sort(trimmed.solid_sides_mm[solid])
     return Bar(float(thick[first]), wide, float(box[2]), float(box[1]))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
@@ -130,18 +129,8 @@ def _plates(
         ends = np.array([np.quantile(trimmed.heights(face, way), (0.0, 1.0)) for face in beside.tolist()])
         is_rim = (np.abs(ends - [low[row], high[row]]) <= ON_RIM_MM).all(axis=1)
         is_rim &= ~np.isin(beside, list(_beside(graph, both, hollow)))  # what stands on it
-        yield (
-            Member(
-                kind,
-                both,
-                way,
-                np.array([t, wide]),
-                t,
-                wide,
-                rims=frozenset(beside[is_rim & (t < THICKEST_BAR_MM)].tolist()),
-            ),
-            flat | rim,
-        )
+        rims = frozenset(beside[is_rim & (t < THICKEST_BAR_MM)].tolist())
+        yield Member(kind, both, way, np.array([t, wide]), t, wide, rims=rims), flat | rim
 
 
 def _mostly(surface: Surface, own: BoolArray) -> IntArray:
@@ -357,7 +346,8 @@ def _smooth_edges(graph: BrepGraph, solid: int) -> IntArray:
 
 def _commonest(thick: FloatArray, same: float) -> list[float]:
     """Return the different thicknesses among many, those that agree within a share once."""
-    found: dict[int, list[float]] = defaultdict(list)
-    for t in thick[np.isfinite(thick) & (thick > 0)].tolist():
-        found[round(np.log(t) / same)].append(t)
-    return [float(np.median(own)) for own in found.values() if len(own) > 2]
+    own = thick[np.isfinite(thick) & (thick > 0)]
+    _, first, of, count = np.unique(
+        np.round(np.log(own) / same), return_index=True, return_inverse=True, return_counts=True
+    )
+    return [float(np.median(own[of == k])) for k in np.argsort(first).tolist() if count[k] > 2]

@@ -7,12 +7,12 @@ as one piece: they are rather bolted or clamped. A clevis that was milled from a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.boxes import BoxTree
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis
@@ -20,7 +20,14 @@ from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.wording import counted
-from wpcal.seam.find.built_up import LEAST_BUILT_UP, are_round, built_up_share, is_turned, sampled_surface
+from wpcal.seam.find.built_up import (
+    LEAST_BUILT_UP,
+    are_round,
+    built_up_share,
+    is_turned,
+    sample_surfaces,
+    sampled_surface,
+)
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.strips import drawn_beads, find_strips
@@ -65,6 +72,12 @@ class OnePieces:
     graph: BrepGraph
     trimmed: TrimmedFaces
     _equal: dict[bytes, str | None] = field(default_factory=dict)
+
+    def look_at(self, solids: Iterable[int]) -> None:
+        """Feel the surfaces of all solids together that `why` will ask for."""
+        new = {signature(self.graph, self.trimmed, solid): solid for solid in sorted(solids, reverse=True)}
+        asked = [solid for key, solid in new.items() if key not in self._equal]
+        sample_surfaces(self.graph, self.trimmed, asked)
 
     def why(self, solid: int) -> str | None:
         """Tell why a solid looks as if made as one piece; None if it is a member, or built up of members."""
@@ -137,7 +150,7 @@ def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str
     members = members_of(graph, trimmed, solid)
     if members.straight_share >= LEAST_EXPLAINED and not members.is_moulded:
         return None
-    found = find_strips(graph, trimmed, np.arange(len(graph.solid_names)) == solid)
+    found = find_strips(graph, trimmed, solid)
     strips = drawn_beads(graph, found)
     strips[[strip.face for strip in found]] = True
     share = built_up_share(graph, trimmed, solid, but=strips)
@@ -206,8 +219,7 @@ def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
 
 
 def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    low, high = (corner[graph.face_solid == solid] for corner in trimmed.face_box)
-    size, found = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))), members_of(graph, trimmed, solid)
+    size, found = float(np.linalg.norm(trimmed.solid_sides_mm[solid])), members_of(graph, trimmed, solid)
     thin = TINY_WALL_MM if found.are_two_plates else min(found.thick_mm, default=TINY_WALL_MM)
     words = f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed"
     return words if size < TINY_MM and thin < TINY_WALL_MM else None
@@ -265,7 +277,7 @@ def _slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> froze
 def _inner_corners(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[tuple[int, int, float]]:
     """Return the two faces beside each inner corner of a solid, sharp or filled, and its length, mm; none at bolts."""
     own = np.arange(len(graph.solid_names)) == solid
-    strips, length, bolts = find_strips(graph, trimmed, own), edge_lengths(graph), screw_faces(graph, trimmed, solid)
+    strips, length, bolts = find_strips(graph, trimmed, solid), edge_lengths(graph), screw_faces(graph, trimmed, solid)
     edges = find_concave_edges(graph, own, but=drawn_beads(graph, strips)).pieces
     corners = [*zip(edges.wall.tolist(), edges.base.tolist(), length[edges.edge].tolist(), strict=True)]
     corners += [(*strip.sides, float(length[list(strip.edges[0])].sum())) for strip in strips]
@@ -274,6 +286,7 @@ def _inner_corners(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[
 
 def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
     """Tell which solids may have been welded from several members, shape (n,)."""
+    sample_surfaces(graph, trimmed, [solid for solid in solids.tolist() if not is_turned(graph, trimmed, solid)])
     found = np.array([why_one_piece(graph, trimmed, solid) is None for solid in solids.tolist()], dtype=bool)
     found[found] = np.isin(solids[found], are_apart(graph, trimmed, solids[found], gap_mm))
     return found
@@ -300,7 +313,7 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 
 def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
     """Tell which solids have boxes that are near those of others, crumbs left out, shape (S,)."""
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    low, high = trimmed.solid_boxes
     own, other = BoxTree.of(low, high).meeting(low - gap_mm, high + gap_mm)
     near = own[(own != other) & ~are_crumbs(graph, trimmed)[other] & count_solids(graph, trimmed, other)]
     return np.asarray(np.bincount(near, minlength=len(low)) > 0, dtype=bool)
@@ -308,8 +321,7 @@ def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> Bool
 
 def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     """Tell whether a solid is small beside a part of which several larger bodies are one member each."""
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
-    size = np.where((high >= low).all(axis=1), np.linalg.norm(high - low, axis=1), 0.0)
+    size = np.linalg.norm(trimmed.solid_sides_mm, axis=1)
     if size[solid] >= DETAIL * graph.size_mm:
         return False
     larger = [other for other in np.argsort(-size, kind="stable").tolist() if size[other] > size[solid]]
@@ -361,5 +373,4 @@ def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:
 
     A cut or a failed union leaves them behind. A solid that touches crumbs only is searched for welds inside it.
     """
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
-    return np.asarray(np.linalg.norm(np.maximum(high - low, 0.0), axis=1) < LEAST_SEAM_MM, dtype=bool)
+    return np.asarray(np.linalg.norm(trimmed.solid_sides_mm, axis=1) < LEAST_SEAM_MM, dtype=bool)

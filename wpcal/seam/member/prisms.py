@@ -14,6 +14,7 @@ import numpy as np
 
 from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.strips import items_of
 from wpcal.brep.surfaces import square_to
 from wpcal.brep.trim import TrimmedFaces, once_per_solid
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -68,17 +69,15 @@ class Prism:
 @once_per_solid
 def find_prisms(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> tuple[Prism, ...]:
     """Find the prismatic stretches of a solid."""
-    return tuple(stretch for way in _ways(graph, solid) for stretch in _along(graph, trimmed, solid, way))
+    own = (graph.edge_solid == solid) & (graph.edge_kind == CurveKind.LINE) & ~graph.is_seam_edge
+    lines, faces = np.flatnonzero(own), np.flatnonzero(graph.face_solid == solid)
+    lines = lines[(graph.edge_faces[lines] >= 0).all(axis=1)]
+    ways = _ways(graph, lines)
+    return tuple(stretch for way in ways for stretch in _along(_seen_along(graph, trimmed, lines, faces, way)))
 
 
-def _lines(graph: BrepGraph, solid: int) -> IntArray:
-    own = (graph.edge_solid == solid) & (graph.edge_kind == CurveKind.LINE)
-    return np.flatnonzero(own & (graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
-
-
-def _ways(graph: BrepGraph, solid: int) -> list[FloatArray]:
-    """Return the directions along which the solid has most length of straight edges, at most `MOST_WAYS`."""
-    lines = _lines(graph, solid)
+def _ways(graph: BrepGraph, lines: IntArray) -> list[FloatArray]:
+    """Return the directions along which there is most length of straight edges, at most `MOST_WAYS`."""
     way = graph.edge_frame[lines, 1]
     way = way / np.linalg.norm(way, axis=1, keepdims=True)
     way = way * np.where(way[np.arange(len(way)), np.abs(way).argmax(axis=1)] < 0, -1.0, 1.0)[:, None]
@@ -97,57 +96,51 @@ class _Across:
     graph: BrepGraph
     way: FloatArray
     plane: FloatArray  #: shape (2, 3). Two unit vectors across it.
-    edges: IntArray  #: Along it.
-    low: FloatArray  #: Of each edge, mm.
+    low: FloatArray  #: Of each edge along it, mm.
     high: FloatArray
     corner: FloatArray  #: shape (n, 2).
     concave: BoolArray  #: shape (n,).
+    #: Of each edge, the two faces beside it, and how far along each, across the direction, it lies, mm.
+    beside: list[tuple[tuple[int, float], ...]]
+    faces: IntArray  #: All faces beside edges.
+    is_round: dict[int, bool]  #: The faces that run along the direction, and whether each is a cylinder.
     other_face: IntArray  #: Faces crossed by edges that do not run along it, and from where to where each does.
     other_low: FloatArray
     other_high: FloatArray
-    lateral: BoolArray  #: shape (F,).
 
 
-def _seen_along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatArray) -> _Across:
-    lines = _lines(graph, solid)
+def _seen_along(graph: BrepGraph, trimmed: TrimmedFaces, lines: IntArray, faces: IntArray, way: FloatArray) -> _Across:
     edges = lines[np.linalg.norm(np.cross(graph.edge_frame[lines, 1], way), axis=1) <= SAME_WAY]
     ends = graph.edge_frame[edges, None, 0] + graph.edge_range[edges][..., None] * graph.edge_frame[edges, None, 1]
-    height = ends @ way
-    u = square_to(way)
+    height, u, sides = ends @ way, square_to(way), graph.edge_faces[edges]
     plane = np.stack([u, np.cross(way, u)])
-    turn = np.linalg.norm(np.cross(graph.face_frame[:, 3], way), axis=1)
-    lateral = (graph.face_kind == SurfaceKind.PLANE) & (np.abs(graph.face_frame[:, 3] @ way) <= LATERAL_SIN)
-    lateral |= (graph.face_kind == SurfaceKind.CYLINDER) & (turn <= LATERAL_SIN)
-    of_face = np.repeat(np.arange(graph.face_count), np.diff(trimmed.start))
-    other = (graph.face_solid[of_face] == solid) & ~np.isin(trimmed.piece_edge, edges)
-    both = np.stack([trimmed.p0[other] @ way, trimmed.p1[other] @ way])
-    key = np.stack([of_face[other], trimmed.piece_edge[other]])
-    pairs, of = np.unique(key, axis=1, return_inverse=True)
-    low, high = np.full(pairs.shape[1], np.inf), np.full(pairs.shape[1], -np.inf)
-    np.minimum.at(low, of.ravel(), both.min(axis=0))
-    np.maximum.at(high, of.ravel(), both.max(axis=0))
-    seen = (
-        graph,
-        way,
-        plane,
-        edges,
-        height.min(axis=1),
-        height.max(axis=1),
-        ends[:, 0] @ plane.T,
-        are_concave(graph, edges),
-    )
-    return _Across(*seen, pairs[0], low, high, lateral)
+    across = np.einsum("ei,eki->ek", graph.edge_frame[edges, 0], np.cross(way, graph.face_frame[sides, 3]))
+    beside = [tuple(zip(*own, strict=True)) for own in zip(sides.tolist(), across.tolist(), strict=True)]
+    z, kind = graph.face_frame[faces, 3], graph.face_kind[faces]
+    lateral = (kind == SurfaceKind.PLANE) & (np.abs(z @ way) <= LATERAL_SIN)
+    round_ = (kind == SurfaceKind.CYLINDER) & (np.linalg.norm(np.cross(z, way), axis=1) <= LATERAL_SIN)
+    is_round = {**dict.fromkeys(faces[lateral].tolist(), False), **dict.fromkeys(faces[round_].tolist(), True)}
+    row, piece = items_of(trimmed.start, faces)
+    other = ~np.isin(trimmed.piece_edge[piece], edges)
+    row, piece = row[other], piece[other]
+    both = np.stack([trimmed.p0[piece] @ way, trimmed.p1[piece] @ way])
+    pairs, of = np.unique(row * graph.edge_count + trimmed.piece_edge[piece], return_inverse=True)
+    low, high = np.full(len(pairs), np.inf), np.full(len(pairs), -np.inf)
+    np.minimum.at(low, of, both.min(axis=0))
+    np.maximum.at(high, of, both.max(axis=0))
+    seen = height.min(axis=1), height.max(axis=1), ends[:, 0] @ plane.T, are_concave(graph, edges)
+    others = faces[pairs // graph.edge_count], low, high
+    return _Across(graph, way, plane, *seen, beside, np.unique(sides), is_round, *others)
 
 
-def _along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatArray) -> list[Prism]:
+def _along(seen: _Across) -> list[Prism]:
     """Return the stretches along one direction: equal contours of all cuts together."""
-    seen = _seen_along(graph, trimmed, solid, way)
     heights = np.unique(np.round(np.concatenate([seen.low, seen.high, seen.other_low, seen.other_high]) / SAME_MM))
     heights = heights * SAME_MM
     step = np.diff(heights)
     cuts = np.sort(np.argsort(-step, kind="stable")[:MOST_CUTS])
     found: dict[frozenset[tuple[int, ...]], list[tuple[float, float, Contour]]] = defaultdict(list)
-    places = _places(graph, seen)
+    places = _places(seen)
     for cut in cuts[step[cuts] >= THINNEST_CUT_MM].tolist():
         low, high = float(heights[cut]), float(heights[cut + 1])
         for contour in _contours(seen, (low + high) / 2):
@@ -159,75 +152,62 @@ def _along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatArray)
         roots = frozenset(root for piece in pieces for root in piece[2].roots)
         low, high = min(piece[0] for piece in pieces), max(piece[1] for piece in pieces)
         pieces_mm = sum(piece[1] - piece[0] for piece in pieces)
-        stretches.append(Prism(way, low, high, contour, faces, roots, pieces_mm))
+        stretches.append(Prism(seen.way, low, high, contour, faces, roots, pieces_mm))
     return stretches
 
 
-def _places(graph: BrepGraph, seen: _Across) -> dict[int, tuple[int, ...]]:
+def _places(seen: _Across) -> dict[int, tuple[int, ...]]:
     """Return a key of the surface of each face along the direction: pieces of one surface have one key."""
-    places = {}
-    for face in np.unique(graph.edge_faces[seen.edges]).tolist():
-        o, z = graph.face_frame[face, 0], graph.face_frame[face, 3] * graph.face_outward[face]
-        if graph.face_kind[face] == SurfaceKind.PLANE:
-            key = np.round(np.append(seen.plane @ z * 1e4, z @ o / SAME_MM / 10))
-        else:
-            turn = graph.face_outward[face]
-            key = np.round(np.append(seen.plane @ o, [graph.face_param[face, 0], turn]) / SAME_MM / 10)
-        places[face] = tuple(key.astype(np.int64).tolist())
-    return places
+    graph, faces = seen.graph, seen.faces
+    o, turn = graph.face_frame[faces, 0], graph.face_outward[faces, None]
+    z, radius = graph.face_frame[faces, 3] * turn, graph.face_param[faces, :1]
+    flat = np.concatenate([z @ seen.plane.T * 1e4, np.einsum("ki,ki->k", z, o)[:, None] / SAME_MM / 10], axis=1)
+    round_ = np.concatenate([o @ seen.plane.T, radius, turn], axis=1) / SAME_MM / 10
+    is_plane = (graph.face_kind[faces] == SurfaceKind.PLANE).tolist()
+    keys = [np.round(own).astype(np.int64).tolist() for own in (round_, flat)]
+    return {face: tuple(keys[own][row]) for row, (face, own) in enumerate(zip(faces.tolist(), is_plane, strict=True))}
 
 
 def _contours(seen: _Across, at: float) -> list[Contour]:
     """Return the closed lines of the section at a height."""
-    graph = seen.graph
-    rows = np.flatnonzero((seen.low < at) & (seen.high > at))
+    rows = np.flatnonzero((seen.low < at) & (seen.high > at)).tolist()
     broken = set(seen.other_face[(seen.other_low < at) & (seen.other_high > at)].tolist())
-    corners: dict[int, list[int]] = defaultdict(list)
-    for row in rows.tolist():
-        for face in graph.edge_faces[seen.edges[row]].tolist():
-            corners[face].append(row)
+    corners: dict[int, list[tuple[float, int]]] = defaultdict(list)
+    for row in rows:
+        for face, along in seen.beside[row]:
+            corners[face].append((along, row))
     partner: dict[tuple[int, int], int] = {}
     for face, own in corners.items():
-        if face in broken or len(own) % 2 or not seen.lateral[face]:
+        if face in broken or len(own) % 2 or face not in seen.is_round or (seen.is_round[face] and len(own) != 2):
             continue
-        order = sorted(own, key=lambda row: _along_face(seen, face, row))
-        if graph.face_kind[face] == SurfaceKind.CYLINDER and len(order) != 2:
-            continue
+        order = [row for _, row in sorted(own)]
         for one, other in zip(order[::2], order[1::2], strict=True):
             partner[face, one], partner[face, other] = other, one
     contours: list[Contour] = []
     used: set[int] = set()
-    for start in rows.tolist():
+    for start in rows:
         if start in used:
             continue
-        walked = _walk(graph, seen, partner, start)
+        walked = _walk(seen, partner, start)
         used.update(walked[0] if walked else (start,))
         if walked is not None:
             contours.append(_contour(seen, *walked))
     return contours
 
 
-def _along_face(seen: _Across, face: int, row: int) -> float:
-    """Return where an edge lies on a face along the direction."""
-    across = np.cross(seen.way, seen.graph.face_frame[face, 3])
-    return float(seen.graph.edge_frame[seen.edges[row], 0] @ across)
-
-
-def _walk(
-    graph: BrepGraph, seen: _Across, partner: dict[tuple[int, int], int], start: int
-) -> tuple[list[int], list[int]] | None:
+def _walk(seen: _Across, partner: dict[tuple[int, int], int], start: int) -> tuple[list[int], list[int]] | None:
     """Return the corners and sides of the closed line through a corner; None if the walk ends before."""
-    row, face = start, int(graph.edge_faces[seen.edges[start], 0])
+    row, face = start, seen.beside[start][0][0]
     corners: list[int] = []
     sides: list[int] = []
     while True:
         following = partner.get((face, row))
-        if following is None or len(corners) > len(seen.edges):
+        if following is None or len(corners) > len(seen.beside):
             return None
         corners.append(row)
         sides.append(face)
         row = following
-        left, right = graph.edge_faces[seen.edges[row]].tolist()
+        (left, _), (right, _) = seen.beside[row]
         face = right if face == left else left
         if row == start:
             return corners, sides
