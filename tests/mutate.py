@@ -37,7 +37,7 @@ LEFT_OUT = (".git", ".venv*", ".*_cache", ".hypothesis", "out", "out-*", "node_m
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not deep")
 FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
 PASSED = (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED)
-BATCH = 8  #: Test files that one process runs.
+BATCH = 8  #: Test files that one process runs: the first few find most mutants.
 LIMIT_S = 400  #: A mutant that runs longer than this is found, if the tests are done in that time without it.
 EQUAL: dict[str, dict[str, str]] = tomllib.loads((ROOT / "tests/equal_mutants.toml").read_text(encoding="utf-8"))
 NO_END = "no end within the limit"
@@ -127,7 +127,7 @@ def survives(mutant: Mutant, copy: Path, most_files: int) -> bool:
     names = [str(path.relative_to(ROOT)) for path in near_tests([mutant.path])[:most_files]]
     target = copy / mutant.path.relative_to(ROOT)
     source = target.read_text(encoding="utf-8")
-    for some in batched(names):
+    for some in (names[first : first + BATCH] for first in range(0, len(names), BATCH)):
         target.write_text(mutant.apply(source), encoding="utf-8")
         try:
             failed = failures(some, copy)
@@ -138,11 +138,6 @@ def survives(mutant: Mutant, copy: Path, most_files: int) -> bool:
                 raise SystemExit(f"{' '.join(again)}: so without a mutant, too")
             return False
     return True
-
-
-def batched(names: list[str]) -> list[list[str]]:
-    """Return the files that one process runs each: few find most mutants."""
-    return [names[first : first + BATCH] for first in range(0, len(names), BATCH)]
 
 
 def failures(tests: list[str], copy: Path) -> list[str]:

@@ -4,7 +4,7 @@ import pytest
 from wpcal.calibrate import Criterion, PointProblem, TeachingError, calibrate
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.diagnose import diagnose_pairs
-from wpcal.core import PointPairs, UnitError
+from wpcal.core import GeometryError, PointPairs, UnitError
 from wpcal.core.tangent import exp_rotation
 
 PLATE = np.array([[0, 0, 0], [400, 0, 0], [400, 300, 0], [0, 300.0, 0]])
@@ -83,6 +83,15 @@ def test_a_mirrored_set_is_named_and_a_flat_one_is_said_to_hide():
 def test_a_unit_slip_is_refused_and_named(factor, words):
     with pytest.raises(UnitError, match=words):
         calibrate(pairs_of(BODY, BODY * factor, noise_mm=0.0))
+
+
+@pytest.mark.parametrize("place", [[0.0, 0.0, 0.0], [100.0, -20.0, 7.0]])
+@pytest.mark.parametrize("side", ["model", "taught"])
+def test_points_at_one_place_are_called_so_wherever_it_is(place, side):
+    one, spread = np.tile(place, (4, 1)), PLATE + place
+    pairs = PointPairs(NAMES[:4], *((one, spread) if side == "model" else (spread, one)))
+    with pytest.raises(GeometryError, match=f"the {side} points coincide"):
+        calibrate(pairs)
 
 
 def test_one_corner_off_the_plane_leaves_a_quarter_at_all_four_and_no_name():

@@ -7,6 +7,7 @@ from wpcal.core.rotations import (
     quaternion_from_rotation,
     rotation_from_quaternion,
     rotation_from_zyx,
+    spread_rotations,
     zyx_from_rotation,
 )
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
@@ -157,3 +158,17 @@ def test_a_matrix_of_other_things_than_a_rotation_is_refused_without_a_warning(w
         RigidTransform.from_matrix(matrix, target="base", source="part")
     with pytest.raises(InputError):
         RigidTransform(np.full((3, 3), 1e200), np.zeros(3), "base", "part")
+
+
+@pytest.mark.parametrize("count", [200, 1000, 3000])
+def test_spread_rotations_are_apart_and_leave_no_hole(count):
+    """Both angles fall with the cube root of the number; in degrees, on quaternions."""
+    spread = quaternion_from_rotation(spread_rotations(count))
+    drawn = quaternion_from_rotation(rotations(3000))
+    near = np.abs(spread @ spread.T) - 2.0 * np.eye(count)
+    apart, hole = (
+        np.degrees(2 * np.arccos(np.minimum(cos, 1.0)))
+        for cos in (near.max(), np.abs(drawn @ spread.T).max(axis=1).min())
+    )
+    assert apart > 140.0 / np.cbrt(count)
+    assert hole < 220.0 / np.cbrt(count)

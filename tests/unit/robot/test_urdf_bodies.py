@@ -60,6 +60,12 @@ def test_corners_are_where_the_urdf_puts_them_at_every_joint_angle(urdf):
     assert np.allclose(middle, np.array([100, 0, 200]) @ R_tilt.T + [0, 0, 400], rtol=0, atol=0.1)
 
 
+def test_links_beyond_the_last_joint_of_the_arm_are_left_out(urdf):
+    short = urdf.with_name("short.urdf")
+    short.write_text(URDF.replace('"turn" type="revolute"', '"turn" type="fixed"'), encoding="utf-8")
+    assert [body.link for body in read_link_hulls(urdf, read_urdf(short))] == [0, 1]
+
+
 def test_a_text_stl_is_read_too(urdf):
     lines = ["solid x"]
     for i in range(8):

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph, SurfaceKind
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.taught.features import (
@@ -25,9 +26,11 @@ from wpcal.taught.features import (
     judge_features,
     point_named,
 )
+from wpcal.taught.features.walls import Coaxial, Walls
 
 ROUND_OFF_MM = 1e-9  #: Coordinates of some hundred mm through a few products in double precision.
 FAR_MM = 1000.0  #: Five times the tee.
+SAMPLED = 0.08  #: Of the radius: the top of a curve between two of its nine samples, an eighth of a turn apart.
 CHORD_AREA_MM2 = 2.0  #: Circles as polylines with a sag of 0.01 mm: at most two thirds of it along 250 mm of rims.
 
 
@@ -249,3 +252,21 @@ def test_a_plane_is_no_point() -> None:
     with pytest.raises(InputError, match="P1 is a datum plane"):
         point_named((*PART, datum), "p1")
     assert point_named(PART, "h1").tolist() == [5, 0, 0]
+
+
+@pytest.mark.parametrize("name", ["cross-hole", "saddle-90", "saddle-60", "bead-leaning-pipe", "block-turned"])
+def test_a_wall_reaches_as_far_as_its_border_and_goes_round(name: str) -> None:
+    """Borders of walls that others cut off are no circles: their heights are those of the boundary's own points."""
+    graph = saved_graph(name)
+    walls, trimmed = Walls.of(Coaxial.of(graph)), TrimmedFaces.of(graph)
+    assert len(walls.radius)
+    for wall, axis in enumerate(walls.axis):
+        faces = np.flatnonzero(walls.of_face == wall)
+        heights = np.concatenate([trimmed.heights(face, axis) for face in faces])
+        low, high = walls.ends.low[wall], walls.ends.high[wall]
+        assert heights.min() - ROUND_OFF_MM <= low <= heights.min() + SAMPLED * walls.radius[wall]
+        assert heights.max() - SAMPLED * walls.radius[wall] <= high <= heights.max() + ROUND_OFF_MM
+        if len(faces) == 1:
+            u = np.sort(trimmed.uv0[trimmed.start[faces[0]] : trimmed.start[faces[0] + 1], 0] % (2 * np.pi))
+            gap = np.diff(u, append=u[0] + 2 * np.pi).max()
+            assert walls.turn[wall] == pytest.approx(2 * np.pi if gap < np.pi / 2 else 2 * np.pi - gap, abs=0.1)
