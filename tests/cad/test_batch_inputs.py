@@ -5,8 +5,8 @@ import json
 import os
 import shutil
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -54,59 +54,45 @@ TORCH = next((Path(__file__).parents[2] / "wpcal" / "robot" / "torch" / "torches
 MOVED = [[1, 0, 0, 5], *IDENTITY[1:]]
 
 
-@pytest.fixture
-def swapped(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, bytes], None]:
-    """Let a file have other contents while the options of a job and its table are read."""
-
-    def swap(name: str, other: bytes) -> None:
-        before, read = Path(name).read_bytes(), jobs.calibrate_arguments
-
-        def reading(*arguments: Any, **settings: Any) -> dict[str, Any]:
-            Path(name).write_bytes(other)
-            found = read(*arguments, **settings)
-            Path(name).write_bytes(before)
-            return found
-
-        monkeypatch.setattr(jobs, "calibrate_arguments", reading)
-
-    return swap
-
-
-@pytest.fixture
-def swapped_options(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, bytes], None]:
-    """Let a file that an option names have other contents while the words of a job are read."""
-
-    def swap(name: str, other: bytes) -> None:
-        before, read = Path(name).read_bytes(), jobs.read_words
-
-        @contextmanager
-        def reading(words: Sequence[str]) -> Iterator[Any]:
-            Path(name).write_bytes(other)
-            with read(words) as found:
-                Path(name).write_bytes(before)
-                yield found
-
-        monkeypatch.setattr(jobs, "read_words", reading)
-
-    return swap
+@contextmanager
+def holding(name: str, other: bytes) -> Iterator[None]:
+    """Let a file have other contents for a while."""
+    before = Path(name).read_bytes()
+    Path(name).write_bytes(other)
+    yield
+    Path(name).write_bytes(before)
 
 
 def test_a_table_that_is_changed_and_changed_back_fails_its_job(
-    opened: OpenedPart, folder: Path, swapped: Callable[[str, bytes], None]
+    opened: OpenedPart, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its hash is the same before and after; what was read between has another."""
-    swapped("day0.csv", Path("day1.csv").read_bytes())
+    read = jobs.calibrate_arguments
+
+    def reading(*arguments: Any, **settings: Any) -> dict[str, Any]:
+        with holding("day0.csv", Path("day1.csv").read_bytes()):
+            return read(*arguments, **settings)
+
+    monkeypatch.setattr(jobs, "calibrate_arguments", reading)
     with pytest.raises(InputError, match=r"day0\.csv: was changed while it was read; run this again"):
         run_job(opened, folder=folder / "w0", pages="none", **job(folder))
     assert not (folder / "j0").exists()
 
 
 def test_an_option_file_is_recorded_as_it_was_read(
-    opened: OpenedPart, folder: Path, swapped_options: Callable[[str, bytes], None]
+    opened: OpenedPart, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    moved = json.dumps(MOVED).encode()
+    moved, read = json.dumps(MOVED).encode(), jobs.read_words
     Path("nominal.json").write_text(json.dumps(IDENTITY))
-    swapped_options("nominal.json", moved)
+
+    @contextmanager
+    def reading(words: Sequence[str]) -> Iterator[Any]:
+        with ExitStack() as stack:
+            with holding("nominal.json", moved):
+                found = stack.enter_context(read(words))
+            yield found
+
+    monkeypatch.setattr(jobs, "read_words", reading)
     run_job(opened, folder=folder / "w0", pages="none", **job(folder, "--nominal=nominal.json"))
     [file] = json.loads((folder / "j0" / "job.json").read_text())["inputs"]["files"]
     assert file == {"file": "nominal.json", "sha256": sha256_of(moved)}

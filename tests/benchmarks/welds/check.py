@@ -1,7 +1,5 @@
 """Do the lines of a list lie on the members that they name? Asked of the kernel, which knows no seams."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ The list stays the same: what was a weld between two bodies is one inside a body
 united, so that no edge is left where two bodies were flush.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -4,8 +4,6 @@ A list says where a welder would weld. `fixtures/welds/schema.json` describes th
 `fixtures/welds/README.md` the rules.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Sequence

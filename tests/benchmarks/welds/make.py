@@ -1,7 +1,5 @@
 """Write the generated parts and their lists: `python -m tests.benchmarks.welds.make`; the same bytes in every run."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

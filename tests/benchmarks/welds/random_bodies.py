@@ -7,8 +7,6 @@ torch (nozzle of 22 mm, 20 mm of wire, leans up to 30 degrees) is free by rays, 
 than 16 mm. Nothing of `wpcal.seam` takes part.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Iterator

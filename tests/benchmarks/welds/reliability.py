@@ -4,8 +4,6 @@ Every part of the benchmark that is at hand is searched, as it is and with its w
 torch reaches is a weld if at least 90 % of it runs along a weld of the list, of whatever class.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterator

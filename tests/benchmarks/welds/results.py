@@ -1,7 +1,5 @@
 """Recorded scores: `python -m tests.benchmarks.welds.results` prints them, and their sum into docs/benchmark.md."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -5,8 +5,6 @@ length. A seam is right if 90 % of it lies along welds, and at least half of it 
 the rest is along optional ones. All other seams are wrong.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """The judge of written programs, as tests ask it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

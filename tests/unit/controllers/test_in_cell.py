@@ -1,7 +1,5 @@
 """A planned program is swept in its cell: moves of the text that meet something are named, the wire included."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from unittest import mock
 

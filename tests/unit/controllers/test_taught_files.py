@@ -1,7 +1,5 @@
 """Points of programs in special files: stored as joint angles or pulses, numbers that are none, registers by hand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

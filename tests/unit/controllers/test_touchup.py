@@ -1,7 +1,5 @@
 """Programs that come back from the pendant: what was changed is understood, and nothing else is touched."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -77,12 +77,6 @@ def test_states_stay_in_the_box_and_periodic_ones_wrap():
     assert report.state == pytest.approx([3.1, 5.0], rel=0, abs=1e-2)
 
 
-def test_the_same_generator_gives_the_same_run():
-    first, second = (anneal(rastrigin, BOX, rng=np.random.default_rng(7)) for _ in range(2))
-    assert np.array_equal(first.state, second.state)
-    assert np.array_equal(first.trace.cost, second.trace.cost)
-
-
 def test_equal_costs_everywhere_end_quietly():
     report = anneal(lambda states: np.ones(len(states)), BOX, rng=np.random.default_rng(0))
     assert report.cost == 1.0

@@ -1,9 +1,12 @@
-"""Bundles equal a fresh build; packing against a plain inverse (a browser test compares what the page unpacks)."""
+"""Bundles equal a fresh build and are in the wheel; packing against a plain inverse."""
 
 import json
+import re
 import shutil
 import struct
 import subprocess
+import tarfile
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -85,3 +88,29 @@ def test_the_licence_of_three_js_travels_with_it() -> None:
     head = (BUNDLES / "viewer.js").read_text(encoding="utf-8")[:2000]
     assert "three.js authors" in head
     assert "THE SOFTWARE IS PROVIDED" in head
+
+
+SOURCES = "wpcal/pages/source/"
+BUILT = {f"wpcal/pages/bundles/{file.name}" for file in (ROOT / "wpcal" / "pages" / "bundles").iterdir()}
+NEEDED_OUTSIDE = ("README.md", "CONTRIBUTING.md", "LICENSE", "CHANGELOG.md", "Makefile", "docs/images/report.png")
+NO_HATCHLING = "hatchling is not installed; `make demo` installs it with the other tools of a developer"
+
+
+def test_the_wheel_has_the_bundles_and_not_their_source(tmp_path: Path) -> None:
+    wheel = pytest.importorskip("hatchling.builders.wheel", reason=NO_HATCHLING)
+    (built,) = wheel.WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
+    with zipfile.ZipFile(built) as archive:
+        names = set(archive.namelist())
+    assert names >= BUILT | {"wpcal/pages/html.py", "cad/__init__.py"}
+    assert [name for name in names if name.startswith(SOURCES) or "node_modules" in name] == []
+
+
+def test_the_source_distribution_has_what_a_reader_needs_without_installed_packages(tmp_path: Path) -> None:
+    sdist = pytest.importorskip("hatchling.builders.sdist", reason=NO_HATCHLING)
+    (built,) = sdist.SdistBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
+    with tarfile.open(built) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    kept = {"build.mjs", "package.json", "package-lock.json", "biome.json", "src/viewer.js", "test/rows.test.js"}
+    pictures = set(re.findall(r"\]\((docs/images/[^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8")))
+    assert names >= BUILT | {SOURCES + name for name in kept} | {*NEEDED_OUTSIDE, *pictures, ".ci/run"}
+    assert [name for name in names if "node_modules" in name] == []

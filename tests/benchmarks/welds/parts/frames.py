@@ -1,7 +1,5 @@
 """Frames of tubes and profiles."""
 
-from __future__ import annotations
-
 import numpy as np
 from build123d import Pos
 

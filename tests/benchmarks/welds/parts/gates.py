@@ -1,7 +1,5 @@
 """A gate and the drawbar of a trailer."""
 
-from __future__ import annotations
-
 import numpy as np
 from build123d import Pos, Rot
 

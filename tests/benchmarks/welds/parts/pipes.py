@@ -1,7 +1,5 @@
 """Pipes, vessels and rods."""
 
-from __future__ import annotations
-
 import numpy as np
 from build123d import Align, Pos, Rot, Torus
 

@@ -1,7 +1,5 @@
 """Plates and sheets: tabs and slots, one fused solid, parts that are bolted and welded."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shapes that the generated parts are made of, by build123d; each is one kernel solid, mm."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The welds round the end of a square tube that stands on an equal one, flush with it on two sides."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

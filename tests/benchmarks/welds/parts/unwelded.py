@@ -1,7 +1,5 @@
 """Parts that nobody welds: every accepted seam on them is wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 from build123d import Axis
 
