@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
@@ -67,8 +66,7 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
     The paths of points of the wire are sent through the part as rays from station to station, so no solid is too thin
     to be met. Between two crossings a point is inside the same solids throughout.
 
-    Returns: list of list of Stretch, length n. From start to end; one stretch for a seam that is free or inside
-    everywhere.
+    Returns: list of list of Stretch, length n. From start to end; one for a seam that is free or inside everywhere.
     """
     if not seams:
         return []
@@ -83,24 +81,26 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
 
 
 def _rough_stretches(trimmed: TrimmedFaces, wires: _Wires, hits: Sequence[_Crossings]) -> list[list[Stretch]]:
-    """Return the stretches of seams from crossing to crossing; a point of the wire is felt once between two of its own.
+    """Return the stretches of n seams from crossing to crossing.
 
-    `hits`: length n. The crossings of each seam.
+    A point of the wire is felt once between two crossings of its own, in the longest interval: crossings are of chords.
     """
     bounds = [_bounds(seam, own.s_mm) for seam, own in zip(wires.seams, hits, strict=True)]
     start = np.cumsum([0, *(len(own) - 1 for own in bounds)])
-    q, is_felt = _between(wires, bounds), np.zeros((start[-1], RAILS), dtype=bool)
-    is_felt[start[:-1]] = True
+    q, is_first = _between(wires, bounds).reshape(-1, 3), np.zeros((start[-1], RAILS), dtype=bool)
+    is_first[start[:-1]] = True
     for row, (b, own) in enumerate(zip(bounds, hits, strict=True)):
         at = np.clip(np.searchsorted(b, own.s_mm, side="right") - 1, 0, len(b) - 2)
         hit, rail = np.nonzero(own.out_mm[:, None] == wires.rails[row])
-        is_felt[start[row] + at[hit], rail] = True
-    felt, around = np.flatnonzero(is_felt), defaultdict(set)
-    points = q.reshape(-1, 3)[felt]
-    for point, solid in zip(*find_solids_around(ExactMaterial(wires.graph, trimmed), points), strict=True):
-        around[int(felt[point])].add(int(solid))
-    known = np.maximum.accumulate(np.where(is_felt, np.arange(is_felt.size).reshape(is_felt.shape), 0), axis=0)
-    inside = [frozenset().union(*(around[point] for point in own)) for own in known.tolist()]
+        is_first[start[row] + at[hit], rail] = True
+    run = (np.cumsum(is_first, axis=0) + np.arange(RAILS) * len(is_first)).ravel()
+    order = np.lexsort((np.repeat(np.concatenate([np.diff(b) for b in bounds]), RAILS), run))
+    felt = order[np.flatnonzero(np.diff(run[order], append=-1))]
+    around: list[set[int]] = [set() for _ in felt]
+    for point, solid in zip(*find_solids_around(ExactMaterial(wires.graph, trimmed), q[felt]), strict=True):
+        around[point].add(int(solid))
+    of_run = np.searchsorted(run[felt], run).reshape(-1, RAILS).tolist()
+    inside = [frozenset().union(*(around[number] for number in own)) for own in of_run]
     return [_joined(seam, b, inside[a:]) for seam, b, a in zip(wires.seams, bounds, start.tolist(), strict=False)]
 
 
