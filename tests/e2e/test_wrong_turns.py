@@ -1,7 +1,4 @@
-"""What a newcomer does wrong with files and words: one line that says what to do, and nothing is written.
-
-Also pipes, devices, and names that no record can hold: they are refused at once.
-"""
+"""What a newcomer does wrong with files, names, pipes and words: one line says what to do, and nothing is written."""
 
 import gzip
 import os

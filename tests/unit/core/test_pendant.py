@@ -46,6 +46,7 @@ def test_what_a_person_copies_is_within_two_hundredths_two_metres_away(notation)
         far = 2000 * np.eye(3)
         assert np.linalg.norm(back.rotate(far) - T.rotate(far), axis=1).max() <= 0.02
         assert not re.search(r"-0\.0+\b", notation.text(T))
+        assert [len(one.split(".")[1]) for one in re.findall(r"\d+\.\d+", notation.text(T))][:3] == [3] * 3  # µm
 
 
 def test_a_known_turn_in_every_notation():

@@ -14,7 +14,7 @@ from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, YAW, joints_alon
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, candidate_places, weld_zone
 from wpcal.planning.plan.banded import damped_step
-from wpcal.planning.search.ladder import Ladder, build_ladder, shortest_path
+from wpcal.planning.search.ladder import Ladder, _around, build_ladder, shortest_path
 from wpcal.planning.search.objectives import MOTION, OBJECTIVE_NAMES, OBJECTIVES, POSITION, TORCH, deviations
 from wpcal.planning.search.problem import CandidatePath
 from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
@@ -71,6 +71,10 @@ def test_the_way_through_a_ladder_is_the_cheapest_of_all(problem, ladder):
     assert path is not None
     np.testing.assert_allclose(path.coordinates[0], small.coordinates[small.attitude[0][best[0]]], rtol=0, atol=1e-12)
     np.testing.assert_allclose(path.joints[0], small.joints[0][best[0]], rtol=0, atol=1e-9)
+
+
+def test_around_a_rung_are_the_points_up_to_the_rungs_beside_it():
+    assert [_around(np.array([2, 5, 9]), rung) for rung in (2, 5, 9)] == [(2, 5), (3, 9), (6, 10)]
 
 
 def test_a_ladder_with_an_empty_rung_has_no_way(problem):

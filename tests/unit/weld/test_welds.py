@@ -51,6 +51,8 @@ def test_every_value_says_where_it_came_from(make_seam):
     assert (found.origins["current_a"].source, found.origins["current_a"].of) == (Source.RULE, "PB fillet, to 7 mm")
     stated = {name for name in found.origins if getattr(found.values, name) is not None}
     assert stated == set(found.values.to_record())
+    unruled = weld(make_seam, {"wire_mm": 1.2}, thickness=None).values  # no rule without a thickness
+    assert (unruled.wire_mm, unruled.wire_feed_m_min, unruled.speed_mm_s) == (1.2, None, None)
 
 
 def test_the_wire_that_is_fed_fills_the_section_of_every_bead(make_seam):

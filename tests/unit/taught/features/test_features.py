@@ -259,7 +259,6 @@ def test_a_wall_reaches_as_far_as_its_border_and_goes_round(name: str) -> None:
     """Borders of walls that others cut off are no circles: their heights are those of the boundary's own points."""
     graph = saved_graph(name)
     walls, trimmed = Walls.of(Coaxial.of(graph)), TrimmedFaces.of(graph)
-    assert len(walls.radius)
     for wall, axis in enumerate(walls.axis):
         faces = np.flatnonzero(walls.of_face == wall)
         heights = np.concatenate([trimmed.heights(face, axis) for face in faces])
