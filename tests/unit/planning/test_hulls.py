@@ -13,12 +13,12 @@ from wpcal.core.same_bits import poses
 from wpcal.planning.cell.bodies import body_pairs
 from wpcal.planning.cell.cell import TOOL
 from wpcal.planning.cell.cell_clearance import beyond_a_face
-from wpcal.planning.cell.clearance import capsule_clearance
-from wpcal.planning.cell.hulls import FCL_MM, fcl_objects, hull_clearance, some_planes
+from wpcal.planning.cell.clearance import capsule_clearance, pair_margins
+from wpcal.planning.cell.hulls import FCL_MM, HullMeasure, fcl_objects, hull_clearance, some_planes
 from wpcal.planning.cell.shape import Shape
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
-pytest.importorskip("fcl", reason="python-fcl is not installed")
+fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
 HULL_MM = 2 * FCL_MM  #: FCL's distance is reported this much too small at most: the allowance and its own error.
 LEAST_SQUARES_MM = 1e-3  #: Error of distances of a metre: the sums to one are weighted rows of the least squares.
 ROUND_OFF_MM = 1e-9
@@ -81,11 +81,14 @@ def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, 
         assert abs(found.margin_mm[i] - (margins - pairs.safety_mm).min()) < LEAST_SQUARES_MM
 
 
-def test_hulls_inside_capsules_are_never_nearer(hulled):
-    state = random_state(300)
-    hulls, capsules = hull_clearance(hulled, state), capsule_clearance(hulled, state)
-    assert (hulls.margin_mm >= capsules.margin_mm - HULL_MM).all()
-    assert (hulls.margin_mm > capsules.margin_mm + 1.0).any()  # and somewhere it matters
+def test_of_a_state_that_collides_one_pair_is_named_and_by_its_own_distance(hulled):
+    frames = hulled.frames(random_state(300))
+    measure = HullMeasure.of_pairs(body_pairs(hulled))
+    bounds = pair_margins(measure.bounded, frames)
+    measure.raise_bounds(bounds, frames)
+    margin, _ = measure.least_margins(frames)
+    np.testing.assert_array_equal((bounds <= 0.0).sum(axis=0), margin <= 0.0)
+    assert 20 < np.sum(margin <= 0.0) < 280
 
 
 def test_bodies_without_hulls_are_measured_by_their_capsules(cell):
@@ -130,9 +133,6 @@ def test_flat_hulls_are_refused(cell):
     flat = replace(cell.bench[0], hull=[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
     with pytest.raises(GeometryError, match="table: the corners of its hull are in one plane"):
         hull_clearance(replace(cell, bench=(flat,)), random_state(1))
-
-
-fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
 
 
 def test_what_is_settled_is_what_fcl_measures():
