@@ -17,7 +17,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 
 CHUNK = 5000  #: Rays handled in one array: some 50 MB at ten faces per ray.
-FEW_FACES = 32  #: Rays through solids with so few faces are compared with each of their boxes, without a tree.
+FEW_FACES = 64  #: Rays through solids with so few faces each are compared with all their boxes, without a tree.
 THIN_MM = 0.1  #: Boxes grow by this, so that a ray across a plane face has samples on both sides of the face.
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
@@ -80,7 +80,7 @@ def _near_pairs(
     tree = trimmed.box_tree if is_whole else BoxTree.of(*(corner[faces] for corner in trimmed.face_box))
     by_solid = np.argsort(of_face, kind="stable")
     start = np.searchsorted(of_face[by_solid], np.arange(len(asked)))
-    are_few = isinstance(solid, np.ndarray) and np.diff(start)[each].sum() <= FEW_FACES * len(each)
+    are_few = isinstance(solid, np.ndarray) and np.diff(start)[each].max(initial=0) <= FEW_FACES
     for first in range(0, max(len(origins), 1), CHUNK):
         chunk = slice(first, first + CHUNK)
         if are_few:

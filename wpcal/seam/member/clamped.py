@@ -5,8 +5,6 @@ members. So only seams of the pair that lie in a plane across the axis of the bo
 stays welded to the plate on which it stands.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass

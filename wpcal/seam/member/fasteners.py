@@ -7,8 +7,6 @@ fastener if such a pin goes through it and through something else. So a plain pi
 not. Of bolts that were drawn in one body with their plate only faces are left, and thin, headed ones are known by them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

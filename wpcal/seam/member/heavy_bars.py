@@ -6,8 +6,6 @@ bar. So the part must have no hollow section and no thin plate, and either a sla
 lift, or several closed frames of solid bar.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

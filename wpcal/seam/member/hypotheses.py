@@ -1,7 +1,5 @@
 """Every plate, bar, tube, rolled profile and formed sheet that can be read from the faces of a solid."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -4,8 +4,6 @@ A solid that is one member has the name of the solid. The members of one that wa
 …, the largest first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

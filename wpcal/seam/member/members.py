@@ -5,8 +5,6 @@ chosen that explain most of the surface with the fewest members (a small integer
 members is a joint, and one inside a member was rolled, bent or cut.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

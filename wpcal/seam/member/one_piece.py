@@ -5,8 +5,6 @@ axis, or that one member explains, is that member. One that several members expl
 as one piece: they are rather bolted or clamped. A clevis that was milled from a block is welded now and then.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 

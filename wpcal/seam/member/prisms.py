@@ -5,8 +5,6 @@ between two of them a side. Where something else stands on the member, the walk 
 stretch goes on behind it.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from dataclasses import dataclass
 

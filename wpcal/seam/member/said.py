@@ -1,7 +1,5 @@
 """What a person says about members, on one part: inside which faces nothing is welded, and which corners are welds."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """What a prismatic stretch of a solid is bought or cut as: plate, bar, tube or rolled profile."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind

@@ -4,8 +4,6 @@ Words are written as they are, and compared without case and accents. ``-schraub
 ``шайб-`` for every word that begins so. A phrase of several words is written with underscores.
 """
 
-from __future__ import annotations
-
 import tomllib
 from enum import Enum
 from importlib.resources import files
