@@ -10,7 +10,7 @@ import click
 from cad.cli.moved_advice import show_moved_advice
 from cad.cli.options import BODIES, CHOICE, FINDING, no_cache_option
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 
 @command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@path_argument("part_step", metavar="PART.step")
 @takes("options", "cad.workpiece.advise:AdviseOptions")
 @takes("weldment", BODIES, without=["bending_mm"])
 @takes("finding", FINDING)
 @takes("choice", CHOICE)
-@click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Output: a table.")
+@path_option("-o", "--out", metavar="TEMPLATE.csv", help="Output: a table.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TEMPLATE.csv.")
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the advice.")

@@ -16,7 +16,7 @@ import click
 
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
+from wpcal.cli.shared_help import DASK_HELP, JSON_HELP, path_argument, path_option
 from wpcal.cli.signals import ENDING
 from wpcal.core.options import group, opt
 from wpcal.core.result_files import PAGE_FILE, SUMMARY_FILE, SUMMARY_TABLE
@@ -67,8 +67,8 @@ class BatchAsked:
 
 
 @command()
-@click.argument("jobs_csv", metavar="JOBS.csv", type=click.Path(path_type=Path))
-@click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
+@path_argument("jobs_csv", metavar="JOBS.csv")
+@path_option("-o", "--out", required=True, help="Output: a folder.")
 @takes("flags", BatchAsked)
 @no_cache_option
 def batch(*, jobs_csv: Path, out: Path, flags: BatchAsked, no_cache: bool) -> int:

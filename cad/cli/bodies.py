@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.options import no_cache_option
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 
 @click.command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Output: bodies.json, to edit.")
+@path_argument("part_step", metavar="PART.step")
+@path_option("-o", "--out", help="Output: bodies.json, to edit.")
 @click.option("--force", is_flag=True, help=FORCE_HELP)
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: bodies.json.")

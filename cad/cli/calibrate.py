@@ -10,6 +10,7 @@ import click
 
 from cad.cli.options import MESH, PART, REQUEST, no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.shared_help import path_argument, path_option
 
 if TYPE_CHECKING:
     from cad.batch.request import Request
@@ -24,8 +25,8 @@ def _require_taught(context: click.Context, parameter: click.Parameter, value: P
 
 
 @command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught", metavar="[TAUGHT]", required=False, type=click.Path(path_type=Path), callback=_require_taught)
+@path_argument("part_step", metavar="PART.step")
+@path_argument("taught", metavar="[TAUGHT]", required=False, callback=_require_taught)
 @click.option(
     "--from",
     "results_from",
@@ -33,7 +34,7 @@ def _require_taught(context: click.Context, parameter: click.Parameter, value: P
     help="With --touches: read the results over the network (ur: of the next run) into the folder TAUGHT.  "
     "[default: results, beside the plan]",
 )
-@click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
+@path_option("-o", "--out", required=True, help="Output: a folder.")
 @takes("request", REQUEST, later=True)
 @no_cache_option
 def calibrate(

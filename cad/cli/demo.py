@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_option
 
 if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
@@ -15,9 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option(
-    "-o", "--out", default="wpcal-demo", show_default=True, type=click.Path(path_type=Path), help="Output: a folder."
-)
+@path_option("-o", "--out", default="wpcal-demo", show_default=True, help="Output: a folder.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: calibration.json.")
 def demo(*, out: Path, force: bool, as_json: bool) -> int:

@@ -10,14 +10,14 @@ import click
 
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import JSON_HELP, path_argument
 
 if TYPE_CHECKING:
     from wpcal.taught.features import FeatureChoice, ReferenceFeature
 
 
 @command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@path_argument("part_step", metavar="PART.step")
 @takes("choice", "wpcal.taught.features:FeatureChoice")
 @click.option("--all", "show_all", is_flag=True, help="Leave nothing out: also hidden, vague and indirect features.")
 @no_cache_option

@@ -10,7 +10,7 @@ import click
 
 from cad.cli.options import POINTS, no_cache_option
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import JSON_HELP, path_argument
 
 if TYPE_CHECKING:
     from cad.batch.request import NominalAsked
@@ -21,8 +21,8 @@ MOST_SHOWN = 20  #: Answers shown; --json has all of them.
 
 
 @command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
+@path_argument("part_step", metavar="PART.step")
+@path_argument("taught", metavar="TAUGHT")
 @takes("options", "wpcal.taught.match:MatchOptions")
 @takes("place", "cad.batch.request:NominalAsked")
 @takes("reading", POINTS)

@@ -15,6 +15,7 @@ import click
 from cad.cli.options import BODIES, CHOICE, FITTING, MESH, PART, POINTS, no_cache_option
 from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.outputs import typed_options
+from wpcal.cli.shared_help import path_argument, path_option
 
 if TYPE_CHECKING:
     from cad.batch.bodies_asked import BodiesAsked
@@ -77,15 +78,13 @@ class Started:
 
 def pick_options(callback: Callable[..., int]) -> Callable[..., int]:
     """Add the arguments of both commands; the command gets them as one `PickAsked` by `asked_of`."""
-    path = click.Path(path_type=Path)
     decorators: list[Callable[..., Any]] = [
-        click.argument("part_step", metavar="PART.step", type=path),
-        click.argument("taught", metavar="[TAUGHT]", required=False, type=path),
-        click.option(
+        path_argument("part_step", metavar="PART.step"),
+        path_argument("taught", metavar="[TAUGHT]", required=False),
+        path_option(
             "-o",
             "--out",
             metavar="FILE",
-            type=path,
             help="Output: the table that is saved.  [default: TAUGHT if it is a table, otherwise taught.csv]",
         ),
         click.option("--other-part", is_flag=True, help="Take rows that were taught on another part."),

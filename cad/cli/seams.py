@@ -9,7 +9,7 @@ import click
 
 from cad.cli.options import CHOICE, FINDING, MESH, PART, no_cache_option
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,15 +21,11 @@ if TYPE_CHECKING:
 
 
 @command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@path_argument("part_step", metavar="PART.step")
 @takes("options", FINDING)
 @takes("choice", CHOICE)
-@click.option(
-    "--png", metavar="FILE", type=click.Path(path_type=Path), help="Write a picture of the part and its seams."
-)
-@click.option(
-    "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: the part with its seams in 3-D."
-)
+@path_option("--png", metavar="FILE", help="Write a picture of the part and its seams.")
+@path_option("--html", metavar="FILE", help="Write a page: the part with its seams in 3-D.")
 @click.option(
     "--explain",
     metavar="SEAM",

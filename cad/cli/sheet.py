@@ -8,33 +8,25 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.options import LINES, PART, no_cache_option
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from cad.sheet import Sheet, SheetOptions
 
 
 @click.command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught", required=False, metavar="[TAUGHT.csv|TOUCHES]", type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--out",
-    required=True,
-    metavar="SHEET",
-    type=click.Path(path_type=Path),
-    help="Output: .pdf, .svg, .dxf or .png.",
-)
+@path_argument("part_step", metavar="PART.step")
+@path_argument("taught", required=False, metavar="[TAUGHT.csv|TOUCHES]")
+@path_option("-o", "--out", required=True, metavar="SHEET", help="Output: .pdf, .svg, .dxf or .png.")
 @click.option(
     "--touch",
     "points",
     metavar="N|V1,H3",
     help="Number of points that `wpcal advise` picks, or the features to touch, in this order.  [default: 4]",
 )
-@click.option(
+@path_option(
     "--welds",
     metavar="WELDS.json",
-    type=click.Path(path_type=Path),
     help="Weld data of `wpcal welds`: the sheet is the list of these welds, to be signed.",
 )
 @click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True, help="Size of the drawing.")

@@ -10,7 +10,7 @@ import click
 
 from cad.cli.options import BODIES, CHOICE, FINDING, MESH, PART, no_cache_option
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR, path_argument, path_option
 from wpcal.core.options import opt
 
 NO_RESULTS = "-"  #: In place of the results of a first stage: both stages shall be one program.
@@ -73,7 +73,7 @@ class ArmAsked:
 
 
 @command()
-@click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
+@path_argument("part_step", metavar="PART.step")
 @takes("options", "wpcal.touch.plan:TouchOptions")
 @click.option(
     "--nominal",
@@ -81,10 +81,9 @@ class ArmAsked:
     help="Place of the part in the cell's model: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
     "file with a 4×4 matrix; here in the base of the robot.  [default: that of --cell, else the base itself]",
 )
-@click.option(
+@path_option(
     "--after",
     nargs=2,
-    type=click.Path(path_type=Path),
     metavar="PLAN RESULTS",
     help="The second of two stages: the plan of the first, and what its program stored. The part stands there. `-` for "
     "the results: both stages shall be one program (wpcal export --touches FIRST --touches SECOND).",
@@ -94,9 +93,7 @@ class ArmAsked:
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: all accepted seams]")
 @takes("finding", FINDING)
 @takes("choice", CHOICE)
-@click.option(
-    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
-)
+@path_option("-o", "--out", "output", metavar="DIR", required=True, help="Output: a folder.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: touches.json, touches.csv, touches.html.")
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the plan.")

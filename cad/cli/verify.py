@@ -13,7 +13,7 @@ import click
 
 from cad.cli.batch import MOST_AT_ONCE
 from cad.cli.options import MESH, PART, no_cache_option
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import JSON_HELP, path_argument, path_option
 from wpcal.core.result_files import CALIBRATION_FILE, JOB_FILE, SUMMARY_FILE
 
 if TYPE_CHECKING:
@@ -95,13 +95,12 @@ class Checked:
 
 
 @click.command()
-@click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
-@click.option(
+@path_argument("out", metavar="OUT")
+@path_option(
     "--inputs",
     "given",
     metavar="PATH",
     multiple=True,
-    type=click.Path(path_type=Path),
     help="Where inputs are now: a file, or a folder with files. May be given more than once.",
 )
 @click.option(

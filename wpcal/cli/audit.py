@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR, path_argument, path_option
 from wpcal.cli.torch_options import TorchOfProgramAsked
 from wpcal.core.options import group, opt
 
@@ -51,9 +51,9 @@ class RobotOfProgramAsked:
 
 
 @command()
-@click.argument("path", metavar="FILE|DIR", type=click.Path(path_type=Path))
+@path_argument("path", metavar="FILE|DIR")
 @click.option("--fix", is_flag=True, help="Repair what has one answer; the rest is listed. Needs -o.")
-@click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the repaired file, with --fix.")
+@path_option("-o", "--out", "output", help="Output: the repaired file, with --fix.")
 @takes("robot", RobotOfProgramAsked)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the repaired file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of the audit.")

@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from wpcal.calibrate.options import FitOptions
 
 
 @command()
-@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
-@click.argument("touched_csv", metavar="TOUCHED.csv", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
-)
+@path_argument("cell_json", metavar="CELL.json")
+@path_argument("touched_csv", metavar="TOUCHED.csv")
+@path_option("-o", "--out", "output", metavar="DIR", required=True, help="Output: a folder.")
 @takes("fitting", "wpcal.calibrate.options:FitOptions", only=["tolerance_mm"])
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of the fit.")

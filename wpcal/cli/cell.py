@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import GroupedCommand, option_of, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, TOOL_HELP, TOOL_METAVAR
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, TOOL_HELP, TOOL_METAVAR, path_argument, path_option
 from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
@@ -186,9 +186,7 @@ class CellAsked:
 )
 @takes("asked", CellAsked)
 @option_of("wpcal.planning.cell.new_cell:NewCell.safety_mm", "--safety-mm", help="Least distance between bodies.")
-@click.option(
-    "-o", "--out", "output", metavar="CELL.json", type=click.Path(path_type=Path), required=True, help="Output: a file."
-)
+@path_option("-o", "--out", "output", metavar="CELL.json", required=True, help="Output: a file.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the cell file and arm files beside it.")
 def new(*, torch_robot: str, asked: CellAsked, safety_mm: float, output: Path, force: bool) -> int:
     """Make the cell file of one robot, with a positioner or a fixed part.
@@ -218,8 +216,8 @@ def new(*, torch_robot: str, asked: CellAsked, safety_mm: float, output: Path, f
 
 
 @cell.command(cls=GroupedCommand)
-@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
-@click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Output: a folder.")
+@path_argument("cell_json", metavar="CELL.json")
+@path_option("-o", "--out", "output", metavar="DIR", help="Output: a folder.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: cell.html.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what is odd.")
 def check(*, cell_json: Path, output: Path | None, force: bool, as_json: bool) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR, path_argument, path_option
 
 if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
@@ -15,16 +15,9 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("taught_csv", metavar="TAUGHT_JOINTS.csv", type=click.Path(path_type=Path))
+@path_argument("taught_csv", metavar="TAUGHT_JOINTS.csv")
 @click.option("--robot", metavar="ARM", required=True, help=f"{ROBOT_HELP} As written by `wpcal identify`.")
-@click.option(
-    "-o",
-    "--out",
-    "output",
-    metavar="POINTS.csv",
-    type=click.Path(path_type=Path),
-    help="Output: a table.  [default: stdout]",
-)
+@path_option("-o", "--out", "output", metavar="POINTS.csv", help="Output: a table.  [default: stdout]")
 @click.option("--tool", metavar=TOOL_METAVAR, help=TOOL_HELP)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the points.")

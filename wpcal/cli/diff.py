@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from wpcal.cli.option_groups import command, option_of
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import JSON_HELP, path_argument
 
 
 @command()
-@click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
-@click.argument("golden", metavar="GOLDEN", type=click.Path(path_type=Path))
+@path_argument("out", metavar="OUT")
+@path_argument("golden", metavar="GOLDEN")
 @option_of("wpcal.results.diff:compare_folders.atol_mm", "--atol-mm", help="Distances up to this count as equal.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the differences.")
 def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:

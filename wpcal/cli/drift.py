@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from wpcal.study.drift import PartDrift, PartJobs
@@ -19,15 +19,12 @@ if TYPE_CHECKING:
 
 
 @command()
-@click.argument("folders", metavar="OUT...", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--out", metavar="PAGE.html", required=True, type=click.Path(path_type=Path), help="Output: the page."
-)
+@path_argument("folders", metavar="OUT...", nargs=-1, required=True)
+@path_option("-o", "--out", metavar="PAGE.html", required=True, help="Output: the page.")
 @takes("asked", "wpcal.study.drift.watch:JobsAsked")
-@click.option(
+@path_option(
     "--cell-errors",
     metavar="FILE.json",
-    type=click.Path(path_type=Path),
     help="Keep the errors of touches, robot and tool in this cell, for calibrate --robot-mm and --tool-mm FILE.json.",
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page and its JSON file.")

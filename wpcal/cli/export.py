@@ -11,7 +11,7 @@ import click
 from wpcal.cli.export_options import WeldProgramAsked
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.outputs import EXPORT_SCHEMA
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @command()
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@path_argument("folder", metavar="DIR")
 @click.option(
     "-f",
     "--format",
@@ -29,28 +29,20 @@ if TYPE_CHECKING:
     multiple=True,
     help="Language or maker, as rapid or abb; repeatable. `list` shows all.",
 )
-@click.option(
-    "-o",
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Output: a folder; programs go to OUT/FORMAT.  [default: DIR/FORMAT]",
-)
-@click.option(
+@path_option("-o", "--out", help="Output: a folder; programs go to OUT/FORMAT.  [default: DIR/FORMAT]")
+@path_option(
     "--write-templates",
     metavar="FOLDER",
-    type=click.Path(path_type=Path),
     help="Only write the templates of the formats into a new folder, to be changed and used with --template.",
 )
-@click.option(
+@path_option(
     "--setup",
     metavar="FILE",
-    type=click.Path(path_type=Path),
     help="For a plan of touches: signal, speeds and names of the cell (TOML).  [default: as --write-setup writes it]",
 )
-@click.option(
+@path_option(
     "--write-setup",
     metavar="FILE",
-    type=click.Path(path_type=Path),
     help="Only write a touch setup with every key, its default and a sentence, to be changed and used with --setup.",
 )
 @takes("flags", WeldProgramAsked)

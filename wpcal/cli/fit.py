@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import DETAILS_HELP, JSON_HELP
+from wpcal.cli.shared_help import DETAILS_HELP, JSON_HELP, path_argument
 
 if TYPE_CHECKING:
     from wpcal.calibrate.options import FitOptions
 
 
 @command()
-@click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
+@path_argument("pairs_csv", metavar="PAIRS.csv")
 @click.option(
     "--schedule",
     type=click.Choice(["default", "yin2003"]),

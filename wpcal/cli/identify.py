@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 from wpcal.core.options import opt
 
 if TYPE_CHECKING:
@@ -50,10 +50,8 @@ class PosesAsked:
 
 @command()
 @click.argument("robot", metavar="ROBOT")
-@click.argument("poses_csv", metavar="[POSES.csv]", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
-)
+@path_argument("poses_csv", metavar="[POSES.csv]", required=False)
+@path_option("-o", "--out", "output", metavar="DIR", required=True, help="Output: a folder.")
 @takes("options", "wpcal.robot.identify.identification:IdentifyOptions")
 @takes("noise", NoiseAsked)
 @takes("plan", PosesAsked)

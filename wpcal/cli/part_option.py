@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
+from wpcal.cli.shared_help import path_option
 
 PARTS = "wpcal.parts"
 """The entry-point group: functions from a path to the bytes of a part.glb, named by a suffix without the dot."""
 MESH_SUFFIX = ".glb"
 
-part_option = click.option(
+part_option = path_option(
     "--part",
     "part",
     metavar="PART.step|part.glb",
-    type=click.Path(path_type=Path),
     help="The part that is compared with the robot, in the frame of the seams.  [default: part.glb beside the seams]",
 )
 

@@ -11,21 +11,19 @@ import click
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.outputs import require_result
 from wpcal.cli.part_option import part_option, read_part_option
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from wpcal.planning.sequence.place import MapOptions
 
 
 @command()
-@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
-@click.argument("result", metavar="RESULT", type=click.Path(path_type=Path))
+@path_argument("cell_json", metavar="CELL.json")
+@path_argument("result", metavar="RESULT")
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
 @part_option
 @takes("options", "wpcal.planning.sequence.place:MapOptions")
-@click.option(
-    "-o", "--out", "output", metavar="MAP.svg", type=click.Path(path_type=Path), required=True, help="Output: a file."
-)
+@path_option("-o", "--out", "output", metavar="MAP.svg", required=True, help="Output: a file.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the map.")
 def place(

@@ -14,7 +14,7 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.cli.outputs import require_result
 from wpcal.cli.part_option import part_option
 from wpcal.cli.plan_sequence import PlanPrograms
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
@@ -37,11 +37,11 @@ class GeneticAsked:
 
 
 @command()
-@click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
-@click.argument("seams_json", metavar="[RESULT]", required=False, type=click.Path(path_type=Path))
+@path_argument("cell_json", metavar="CELL.json")
+@path_argument("seams_json", metavar="[RESULT]", required=False)
 @click.option("--seam", metavar="NAME", help="With two robots: only this seam.  [default: those of --only]")
 @part_option
-@click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Output: a folder.")
+@path_option("-o", "--out", "output", metavar="DIR", help="Output: a folder.")
 @click.option(
     "--check",
     "check_only",

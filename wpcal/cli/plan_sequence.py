@@ -137,11 +137,12 @@ def _read(asked: SequenceRequest) -> tuple[SequenceInput, Cell]:
 
 
 def _say_notes(choice: SequenceChoice, given: SequenceInput, found: WrittenPlan, flags: PlanPrograms) -> None:
-    """Say what is open, what weaves are, why there is no program, and what is not welded."""
+    """Say what is open, which ways are short, what weaves are, why there is no program, and what is not welded."""
     from wpcal.controllers.program.describe import describe_woven_data
 
     notes = (
         *choice.sequence.open_points(has_part=given.part is not None or bool(found.open)),
+        *choice.sequence.short_ways,
         *describe_woven_data(each.run for each in given.seams),
         *found.notes(why=bool(flags.formats)),
     )

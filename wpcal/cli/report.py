@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from wpcal.cli.outputs import say_note
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 
 @click.command()
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Output: the page.  [default: DIR/report.html]")
+@path_argument("folder", metavar="DIR")
+@path_option("-o", "--out", help="Output: the page.  [default: DIR/report.html]")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the verdict and the file.")
 def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int:

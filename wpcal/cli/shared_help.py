@@ -5,6 +5,11 @@ The first sentence is the same in every command; a command may add another one.
 
 from __future__ import annotations
 
+import functools
+from pathlib import Path
+
+import click
+
 JSON_HELP = "Print JSON on stdout"
 FORCE_HELP = "Replace what exists"  #: A command adds what it writes, after a colon.
 
@@ -18,3 +23,9 @@ TOOL_HELP = (
 )
 XMCF_HELP = "Welds of an xMCF file (ISO/PAS 8329, coordinates of the part)"
 DASK_HELP = "Work on the workers of this Dask scheduler"
+
+_PATH = click.Path(path_type=Path)
+path_argument = functools.partial(click.argument, type=_PATH)
+"""`click.argument` that is a `Path`."""
+path_option = functools.partial(click.option, type=_PATH)
+"""`click.option` that is a `Path`."""

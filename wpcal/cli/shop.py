@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from wpcal.cli.option_groups import command
+from wpcal.cli.shared_help import path_argument, path_option
 from wpcal.cli.shop_file import SHOP_FILE
 
 ASKED = (
@@ -29,8 +30,8 @@ HEAD = """\
 
 @command()
 @click.argument("action", type=click.Choice(["show", "new", "learn"]), default="show")
-@click.argument("results", nargs=-1, type=click.Path(path_type=Path))
-@click.option("-o", "--out", type=click.Path(path_type=Path), default=Path(SHOP_FILE), help="Output: a file.")
+@path_argument("results", nargs=-1)
+@path_option("-o", "--out", default=Path(SHOP_FILE), help="Output: a file.")
 @click.option("--force", is_flag=True, help="Replace what exists: the file.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: the values, or the rules (learn).")
 def shop(*, action: str, results: tuple[Path, ...], out: Path, force: bool, as_json: bool) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import DASK_HELP, FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import DASK_HELP, FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -24,11 +24,11 @@ BAR_WIDTH = 40
 
 
 @command()
-@click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
+@path_argument("pairs_csv", metavar="PAIRS.csv")
 @takes("options", "wpcal.study.teaching_error:StudyOptions")
 @takes("teaching", "wpcal.calibrate.errors.prediction:TeachingError", without=["sigma_mm", "bound_mm"])
 @click.option("--dask", metavar="tcp://HOST:PORT", help=f"{DASK_HELP}: they fit, and the numbers are the same.")
-@click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the distribution as a JSON file.")
+@path_option("-o", "--out", "output", help="Output: the distribution as a JSON file.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the distribution.")
 def study(

@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from wpcal.controllers.taught_program import PointsAsked
 
 
 @command()
-@click.argument("program", metavar="PROGRAM", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="Output: a table.  [default: stdout]"
-)
+@path_argument("program", metavar="PROGRAM")
+@path_option("-o", "--out", metavar="TAUGHT.csv", help="Output: a table.  [default: stdout]")
 @takes("reading", "wpcal.controllers.taught_program:PointsAsked")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TAUGHT.csv.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the points.")

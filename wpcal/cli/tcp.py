@@ -7,23 +7,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
     from wpcal.robot.tool_point import ToolPoint
 
 
 @click.command()
-@click.argument("touches_csv", metavar="TOUCHES.csv", type=click.Path(path_type=Path))
+@path_argument("touches_csv", metavar="TOUCHES.csv")
 @click.option("--robot", metavar="ARM", required=True, help=f"{ROBOT_HELP} As written by `wpcal identify`.")
-@click.option(
-    "-o",
-    "--out",
-    "output",
-    metavar="TOOL.json",
-    type=click.Path(path_type=Path),
-    help="Output: the file for `correct --tool`.",
-)
+@path_option("-o", "--out", "output", metavar="TOOL.json", help="Output: the file for `correct --tool`.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record.")
 def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_json: bool) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_option
 
 if TYPE_CHECKING:
     from wpcal.robot.torch.shape import TorchShape
@@ -15,9 +15,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("torches", metavar="[TORCH]...", nargs=-1)
-@click.option(
-    "-o", "--out", metavar="FILE.svg", type=click.Path(path_type=Path), help="Output: a picture of the torches."
-)
+@path_option("-o", "--out", metavar="FILE.svg", help="Output: a picture of the torches.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the picture.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the torches.")
 def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json: bool) -> int:

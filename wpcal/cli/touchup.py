@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 from wpcal.cli.torch_options import TorchOfProgramAsked
 
 if TYPE_CHECKING:
@@ -16,22 +16,16 @@ if TYPE_CHECKING:
 
 
 @command()
-@click.argument("program", metavar="CHANGED", type=click.Path(path_type=Path))
-@click.option("--of", "result", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Result: a folder.")
-@click.option(
-    "--written",
-    metavar="PROGRAM",
-    type=click.Path(path_type=Path),
-    help="The program as wpcal wrote it: a folder or a file.  [default: DIR/FORMAT]",
+@path_argument("program", metavar="CHANGED")
+@path_option("--of", "result", metavar="DIR", required=True, help="Result: a folder.")
+@path_option(
+    "--written", metavar="PROGRAM", help="The program as wpcal wrote it: a folder or a file.  [default: DIR/FORMAT]"
 )
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Output: a folder.  [default: nothing is written]")
-@click.option(
-    "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: what was corrected, seam by seam."
-)
-@click.option(
+@path_option("-o", "--out", help="Output: a folder.  [default: nothing is written]")
+@path_option("--html", metavar="FILE", help="Write a page: what was corrected, seam by seam.")
+@path_option(
     "--earlier",
     metavar="FOLDER",
-    type=click.Path(path_type=Path),
     help="Touch-ups of earlier parts of this kind, in folders below: what is corrected alike on all is proposed.",
 )
 @takes("options", "wpcal.controllers.touchup.study:TouchUpOptions")

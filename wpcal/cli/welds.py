@@ -11,7 +11,7 @@ import click
 
 from wpcal.cli.export_options import SelectionAsked
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, XMCF_HELP
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, XMCF_HELP, path_argument, path_option
 from wpcal.cli.weld_options import WeldRulesAsked
 from wpcal.core.options import opt
 
@@ -84,34 +84,26 @@ class Stated:
 
 
 @command()
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option(
+@path_argument("folder", metavar="DIR")
+@path_option(
     "-o",
     "--out",
     "output",
     metavar="WELDS.json",
-    type=click.Path(path_type=Path),
     help="Output: a file. If it exists, values that you changed in it are kept.",
 )
 @takes("selection", SelectionAsked)
 @takes("rules", WeldRulesAsked)
 @takes("stating", StatingAsked)
-@click.option(
-    "--html",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="Write a page: the part, its seams and all values, which you edit there.",
-)
-@click.option(
+@path_option("--html", metavar="FILE", help="Write a page: the part, its seams and all values, which you edit there.")
+@path_option(
     "--write-xmcf",
     metavar="WELDS.xml",
-    type=click.Path(path_type=Path),
     help="Also write the seams with their welds as an xMCF file in coordinates of the part.",
 )
-@click.option(
+@path_option(
     "--write-rules",
     metavar="RULES.toml",
-    type=click.Path(path_type=Path),
     help="Also write the table of rules of wpcal, to be changed and used with --weld-rules.",
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page, and the files of --write-xmcf and --write-rules.")

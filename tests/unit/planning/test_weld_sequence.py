@@ -138,6 +138,14 @@ def test_the_sequence_starts_and_ends_at_home_and_welds_at_the_speed(fixed):
     assert fixed.values[SequencePreference.BALANCED].time_s == pytest.approx(line.t_s[-1], rel=0.05)
 
 
+def test_a_short_approach_or_retract_is_told_with_its_length(fixed):
+    assert fixed.sequence.short_ways == ()
+    first, second, *rest = fixed.sequence.pieces
+    pieces = (dataclasses.replace(first, before=first.before[-2:]), dataclasses.replace(second, after=second.after[:3]))
+    (told,) = dataclasses.replace(fixed.sequence, pieces=(*pieces, *rest)).short_ways
+    assert told.endswith(f"below 50 mm, to where the wire is clear: {first.name} 20 mm, {second.name} 30 mm")
+
+
 def test_the_records_are_of_their_schema_and_the_same_again(fixed, given):
     line = build_timeline(fixed.sequence)
     made = {"inputs": {"part.glb": b""}, "planned": [each.name for each in given.seams], "runs": RunChoice()}

@@ -114,6 +114,19 @@ class WeldSequence:
         return tuple(found)
 
     @property
+    def short_ways(self) -> tuple[str, ...]:
+        """Which pieces the torch comes to or leaves by less than was asked: one line, or none."""
+        asked, found = self.targets.approach_mm, list[str]()
+        for piece in self.pieces:
+            p = self.cell.tool_in_part(piece.states)[:, :3, 3]
+            ends = len(piece.before), len(p) - 1 - len(piece.after)
+            least = min(float(np.linalg.norm(p[one] - p[end])) for one, end in zip((0, -1), ends, strict=True))
+            found += [f"{piece.name} {least:.0f} mm"] if least < asked - 0.5 else []
+        return (f"approach or retract below {asked:g} mm, to where the wire is clear: {', '.join(found)}",) * bool(
+            found
+        )
+
+    @property
     def checked(self) -> str:
         """What was compared with what, in one line."""
         checks = [piece.check for piece in self.pieces] + [path.check for path in self.air]
