@@ -94,8 +94,12 @@ def in_child(data: bytes, work: Path) -> list[str]:
     told.write_bytes(b"")
     child = os.fork()
     if child == 0:
-        with told.open("a", encoding="utf-8") as file:
-            _limited_chain(path, work / "out", file)
+        try:
+            with told.open("a", encoding="utf-8") as file:
+                _limited_chain(path, work / "out", file)
+        except BaseException:  # it must not go on as another pytest
+            traceback.print_exc()
+            os._exit(1)
         os._exit(0)
     _, status = os.waitpid(child, 0)
     lines = told.read_text(encoding="utf-8", errors="replace").splitlines()
@@ -124,10 +128,9 @@ def _limited_chain(path: Path, out: Path, told: IO[str]) -> None:
     warnings.simplefilter("error")
     faulthandler.enable(told)
     faulthandler.register(signal.SIGXCPU, told, all_threads=False, chain=True)
-    own = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-    resource.setrlimit(
-        resource.RLIMIT_AS, (own + MOST_MEMORY_BYTES,) * 2
-    )  # a worker of pytest that forked may be large
+    if (size := Path("/proc/self/statm")).exists():  # a worker of pytest that forked may be large
+        own = int(size.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (own + MOST_MEMORY_BYTES,) * 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _limit_time(MOST_SECONDS)
     try:

@@ -91,6 +91,25 @@ def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder):
     assert "the way to the first point" not in (folder / "WPCAL_W2.jbi").read_text()
 
 
+@pytest.mark.parametrize(
+    ("file", "before"),
+    [
+        ("WPCAL_W2_R1.mod", r"robtarget W2_0002:=\[\["),
+        ("WPCAL_W2_R1.dat", r"W2_0002=\{X "),
+        ("WPCAL_W2.jbi", r"C00004="),
+        ("wpcal_w2.ls", r"P\[3\]\{[^}]*?Y ="),
+    ],
+)
+def test_the_audit_finds_a_place_beside_the_seam_in_the_programs_of_two_robots(file, before, folder, tmp_path):
+    path = shutil.copytree(folder, tmp_path / "plan") / file
+    moved = lambda m: f"{m[1]}{float(m[2]) + 2.5:.3f}"  # noqa: E731  # mm, of INFORM degrees of joint 1
+    text, count = re.subn(rf"({before}\s*)([-\d.]+)", moved, path.read_text(), count=1, flags=re.DOTALL)
+    path.write_text(text)
+    faults = [fault for each in audit_path(path.parent).files for fault in each.faults]
+    assert count == 1
+    assert any("mm off the line of W2" in fault.message and fault.line for fault in faults), faults
+
+
 def test_the_audit_sweeps_both_programs_in_the_cell_of_the_plan(folder, tmp_path):
     copy = shutil.copytree(folder, tmp_path / "plan")
     programs = [each for each in audit_path(copy).files if "two robots" in each.kind]

@@ -11,8 +11,8 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.audit.fault import AuditReport, Fault, FileAudit
+from wpcal.controllers.audit.off_line import Line, planned_line
 from wpcal.controllers.audit.programs import (
-    NEAR_SEAM_MM,
     Surroundings,
     arc_faults_of,
     audit_poses,
@@ -28,7 +28,6 @@ from wpcal.controllers.audit.two_robots import CHECKED, SWEPT, swept_faults, two
 from wpcal.controllers.judge.execute import interpreted, that_move
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.registry import Controller, grammar_of_file
-from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.progress import Progress, no_progress
@@ -144,7 +143,7 @@ class _Audit:
             return FileAudit(str(path), f"touch program ({suffix})", tuple(faults), TOUCHES_CHECKED)
         result = _result_folder_of(path.parent)
         around = self._with_part(result)
-        stated = around if around.seams is None else replace(around, part=None)  # poses are executed
+        stated = around if around.lines is None else replace(around, part=None)  # poses are executed
         faults = audit_poses(raw, path, stated) if grammar.has_poses(path) else []
         if not faults:
             faults = self._executed(path, around).get(path.name, [])
@@ -174,7 +173,7 @@ class _Audit:
             if around.in_cell is not None and not controller.coordinates_arcs:
                 around = replace(around, in_cell=replace(around.in_cell, is_carried=False))
             trace, found = executed(files, around)
-            if around.seams is None:  # of others: they may be right for a controller that has more than is known here
+            if around.lines is None:  # of others: they may be right for a controller that has more than is known here
                 found.clear()
             else:
                 _add(found, executed_faults(trace, around))
@@ -227,10 +226,14 @@ class _Audit:
         is_corrected = RobotSpace.parse(finished.calibration["robot_space"]) is RobotSpace.IDENTIFIED
         if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
-        seams = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in finished.seams)])
+        lines = tuple(
+            Line.dense(seam.name, seam.frames.p, seam.frames.R, back_mm=seam.more_wire_mm)
+            for seam in finished.seams
+            if not is_corrected
+        )
         torch = self.around.torch if self.around.torch != USUAL_TORCH else finished.torch or USUAL_TORCH
         return replace(
-            self.around, torch=torch, T_base_part=finished.T_base_part, part=part, start_mm=start, seams=seams
+            self.around, torch=torch, T_base_part=finished.T_base_part, part=part, start_mm=start, lines=lines
         )
 
     def _of_plan(self, folder: Path) -> Surroundings:
@@ -246,10 +249,10 @@ class _Audit:
         ]
         more_mm = max((each.seam.more_wire_mm for each in given.seams), default=0.0)
         in_cell = CellSweep.of(cell, given.part, states, along, more_mm)
-        T_base_part, seams = given.in_base(cell)
-        seams = () if in_cell.has_moving_axes else seams  # they are not in one place in the base
-        p = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in seams)])
-        return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, seams=p)
+        T_base_part, _ = given.in_base(cell)
+        names = [each["seam"] for each in kept.record["seams"]]
+        lines = tuple(planned_line(name, cell, q) for name, q in zip(names, along, strict=True))
+        return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, lines=lines)
 
 
 def _files_beside(path: Path, controller: Controller, *, in_step: bool = False) -> dict[str, bytes]:
@@ -265,13 +268,6 @@ def _files_beside(path: Path, controller: Controller, *, in_step: bool = False) 
 def _add(found: dict[str, list[Fault]], faults: Iterable[tuple[str, Fault]]) -> None:
     for name, fault in faults:
         found.setdefault(name, []).append(fault)
-
-
-def _densely(p: FloatArray) -> FloatArray:
-    """Return points (n, 3) with more of them between those that are far apart."""
-    steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
-    at = np.union1d(steps, np.arange(0.0, steps[-1], NEAR_SEAM_MM))
-    return np.stack([np.interp(at, steps, column) for column in p.T], axis=1)
 
 
 def _finished(folder: Path, *, is_compared: bool = True) -> FinishedCalibration:

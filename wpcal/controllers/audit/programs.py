@@ -12,6 +12,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
+from wpcal.controllers.audit.off_line import Line, off_line_faults, tools_in_part
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
@@ -32,8 +33,6 @@ from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
 from wpcal.taught.programs import BASE, ProgramPoint
 
-NEAR_SEAM_MM = 25.0  #: A weave or a pass leaves its seam by less.
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
@@ -48,8 +47,8 @@ class Surroundings:
     standoff_mm: float = 0.0
     start_mm: float = START_MM  #: From where on the wire is felt: farther on seams that are modelled as beads.
     in_cell: CellSweep | None = None  #: The cell of the plan that a program is of.
-    #: Points of the seams in `base`, shape (n, 3), mm; None without a result.
-    seams: FloatArray | None = None
+    #: What is welded, in `base` or, of a plan, in the part; None without a result.
+    lines: tuple[Line, ...] | None = None
     #: Digital output that switches the arc; None for that which the header of a program states.
     arc_output: int | None = None
 
@@ -110,6 +109,12 @@ def executed_faults(trace: Trace, around: Surroundings) -> Iterator[tuple[str, F
         yield motion.place.file, Fault(what, motion.place.line, code=code)
     for meeting in () if around.in_cell is None else around.in_cell.meetings(trace.motions):
         yield meeting.motion.place.file, Fault(meeting.what, meeting.motion.place.line, code=ErrorCode.POSE_IN_MATERIAL)
+    if around.in_cell is None:
+        placed = [(motion, _wires(motion, around)) for motion, _ in goals]
+    else:
+        placed = list(tools_in_part(around.in_cell.cell, around.in_cell.legs(trace.motions)))
+    for motion, what in off_line_faults(placed, around.lines or ()):
+        yield motion.place.file, Fault(what, motion.place.line, code=ErrorCode.INPUT)
 
 
 def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
@@ -124,10 +129,6 @@ def _motion_faults(
     far = {id(motion) for motion, goal in goals if not np.abs(goal[:3, 3]).max() < FARTHEST_MM}
     yield from ((motion, "leads to where no robot is", ErrorCode.INPUT) for motion, _ in goals if id(motion) in far)
     goals = [(motion, goal) for motion, goal in goals if id(motion) not in far]
-    if around.seams is not None and len(around.seams):
-        yield from _off_seams(
-            [(motion, goal) for motion, goal in goals if motion.seam], around.seams, around.standoff_mm
-        )
     if around.part is not None:
         torch = TorchAtTool(around.torch, around.tool_axis, around.standoff_mm)
         followed, more_wire_mm = [motion for motion, _ in goals], [0.0] * len(goals)
@@ -135,13 +136,13 @@ def _motion_faults(
         yield from ((each.motion, each.what, ErrorCode.POSE_IN_MATERIAL) for each in found)
 
 
-def _off_seams(
-    goals: Sequence[tuple[Motion, FloatArray]], seams: FloatArray, standoff_mm: float
-) -> Iterator[tuple[Motion, str, str]]:
-    for motion, goal in goals:
-        off = float(np.linalg.norm(seams - goal[:3, 3], axis=1).min())
-        if off > NEAR_SEAM_MM + standoff_mm:
-            yield motion, f"welds {off:.0f} mm off every seam", ErrorCode.INPUT
+def _wires(motion: Motion, around: Surroundings) -> FloatArray:
+    """Return poses on the way of a motion with the tip of the wire and, as z, its direction, shape (n, 4, 4)."""
+    T = np.array([each for each in (motion.start, motion.via, motion.goal) if each is not None])
+    if around.tool_axis is ToolAxis.X:
+        T[:, :3, 2] = T[:, :3, 0]
+    T[:, :3, 3] += around.standoff_mm * T[:, :3, 2]
+    return T
 
 
 def pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fault]:

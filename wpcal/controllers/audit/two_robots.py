@@ -16,6 +16,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.audit.fault import Fault
+from wpcal.controllers.audit.off_line import off_line_faults, planned_line, tools_in_part
 from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, executed, require_grammar
 from wpcal.controllers.judge.execute import UNDECLARED, Files
 from wpcal.controllers.judge.in_step import in_step
@@ -62,13 +63,19 @@ def swept_faults(folder: Path, files: Files) -> list[tuple[str, Fault]] | None:
         return None
     record = read_json(path, schema=PLAN_SCHEMA)
     require_as_made(record, folder)
-    first, mesh = record["points"][0], source / PART_FILE
+    cell, mesh = read_cell(source / CELL_FILE), source / PART_FILE
+    q = np.radians([[*each["robot1_deg"], *each["robot2_deg"]] for each in record["points"]])
+    line = planned_line(record["seam"], cell, q[[each["s_mm"] is not None for each in record["points"]]])
     part = TriangleMaterial.of(read_part_glb(read_bytes(mesh))) if mesh.is_file() else None
-    start = np.radians([*first["robot1_deg"], *first["robot2_deg"]])
-    found = in_step(files, read_cell(source / CELL_FILE), start, tools=[UNDECLARED], part=part)
+    found = in_step(files, cell, q[0], tools=[UNDECLARED], part=part)
+    off = off_line_faults(tools_in_part(cell, found.legs()), [line])
     met = ((each.motion.place, each.what) for each in found.meetings())
     return [
         *((file, Fault(what, line)) for file, line, what in found.faults),
+        *(
+            (motion.place.file, Fault(f"{found.other(motion)}{what}", motion.place.line, code=ErrorCode.INPUT))
+            for motion, what in off
+        ),
         *((place.file, Fault(what, place.line, code=ErrorCode.POSE_IN_MATERIAL)) for place, what in met),
     ]
 

@@ -111,8 +111,8 @@ class Recorder:
         self.trace.events.append(Switch(self.at, does))
         if does in (Does.ON, Does.OFF):
             self._arc_on = does is Does.ON
-        elif does in (Does.START, Does.END, Does.STOP):
-            self._in_seam = does is Does.START
+        elif does in (Does.START, Does.END, Does.STOP, Does.DRY):
+            self._in_seam = does is Does.START or (does is Does.DRY and not self._in_seam)
             self._seams += self._in_seam
 
     def output(self, number: Any, value: Any) -> None:

@@ -79,23 +79,28 @@ def test_an_audit_finds_a_number_that_is_no_coordinate(name: str, by_mm: float, 
     assert all(fault.line is not None or fault.field is not None or name == "val3" for fault in faults)
 
 
+@pytest.mark.parametrize(
+    ("part", "by_mm", "off"),
+    [("tee", (0, 0, 0), ""), ("tee", (0, 0, 8), "8.0"), ("saddle", (0, -0.9, -1.2), "1.[2-5]")],
+)
 @pytest.mark.parametrize("name", WRITERS)
-def test_an_audit_finds_a_pose_inside_the_part(name: str, tmp_path: Path) -> None:
-    folder = tmp_path / "out"
-    shutil.copytree(FIXTURES / "tee" / "golden", folder)
+def test_an_audit_finds_a_pose_beside_its_seam(
+    name: str, part: str, by_mm: tuple[float, ...], off: str, tmp_path: Path
+) -> None:
+    """By 8 mm into the joint: the move there and the one after it are told as well."""
+    folder = shutil.copytree(FIXTURES / part / "golden", tmp_path / "out")
     (folder / name).mkdir()
-    first, second, *others = program().paths
-    p = second.p_base.copy()
-    row = second.weld_rows.start + 4
-    p[row] += 8.0 * second.R_base[row, :, 2]  # 8 mm into the joint
-    wrong = replace(program(), paths=(first, replace(second, p_base=p), *others))
-    for is_wrong, written in ((False, program()), (True, wrong)):
-        for file, text in exporter_named(name).write(written).items():
-            (folder / name / file).write_bytes(str(text).encode("utf-8"))
-        faults = [fault for file in audit_path(folder).files for fault in file.faults]
-        assert len(faults) == 2 * is_wrong  # the move there, and the one after it
-    assert "of a straight torch of 300 mm" in faults[0].message
-    assert faults[0].line is not None
+    *first, path = program(part).paths[:2]
+    p, row = path.p_base.copy(), path.weld_rows.start + 4
+    p[row] += path.R_base[row] @ by_mm
+    wrong = replace(program(part), paths=(*first, replace(path, p_base=p), *program(part).paths[2:]))
+    for file, text in exporter_named(name).write(wrong).items():
+        (folder / name / file).write_bytes(str(text).encode("utf-8"))
+    faults = [fault for file in audit_path(folder).files for fault in file.faults]
+    assert len(faults) == bool(off) + 2 * (by_mm[2] > 0)
+    assert all(fault.line and "of a straight torch of 300 mm" in fault.message for fault in faults[:-1])
+    for fault in faults[-1:]:
+        assert re.fullmatch(rf"the wire is {off} mm off the line of {path.seam.name}", fault.message)
 
 
 def test_an_arm_that_does_not_reach_the_part_is_named(tmp_path: Path) -> None:
