@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
-# As the commands of wpcal do (wpcal/core/threads.py): tests run beside one another, and threads would wait for one another.
+# As the commands of wpcal do (wpcal/core/process.py): tests run beside one another, and threads would wait for one another.
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 

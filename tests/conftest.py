@@ -22,7 +22,7 @@ from tests.lint.skips import unexpected_skips
 from tests.record_checks import checked_to_json
 from tests.running import kernel_work_here
 from wpcal.core import records
-from wpcal.core.collector import collect_rarely
+from wpcal.core.process import collect_rarely
 
 # A shell's background job ignores Ctrl-C, and so would the commands that the tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)

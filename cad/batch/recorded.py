@@ -62,13 +62,11 @@ def _seal(
         inputs = replace(inputs, part=(inputs.part[0], found.workpiece.file.sha256))
     if not inputs.taught[1]:
         inputs = replace(inputs, taught=(inputs.taught[0], found.taught.sha256 or ""))
-    inputs = replace(inputs, files=tuple((file, sha256 or _decided_sha256(folder)) for file, sha256 in inputs.files))
+    inputs = replace(
+        inputs, files=tuple((file, sha256 or sha256_of_own(folder / SEAMS_FILE)) for file, sha256 in inputs.files)
+    )
     result = {**result_of(found), "exit_code": exit_code(found.result, accept_unsure=accept_unsure)}
     (folder / JOB_FILE).write_text(job_record(name, inputs, result, folder), encoding="utf-8")
-
-
-def _decided_sha256(folder: Path) -> str:
-    return sha256_of_own(folder / SEAMS_FILE)
 
 
 @dataclass(frozen=True, slots=True)

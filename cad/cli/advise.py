@@ -10,6 +10,7 @@ import click
 from cad.cli.moved_advice import show_moved_advice
 from cad.cli.options import BODIES, CHOICE, FINDING, no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -81,9 +82,7 @@ def advise(
 
         write_file(out, template_csv(found.template_rows()), overwrite=force)
     if as_json:
-        from wpcal.core.records import to_json
-
-        click.echo(to_json(found.to_record()), nl=False)
+        print_json(found.to_record())
     else:
         _show(found, part_step.name, out)
     return 1 if found.misses_tolerance else 0
@@ -113,27 +112,20 @@ def _show_points(console: Console, found: Advice, part: str) -> None:
 
 
 def _points_table(found: Advice, part: str) -> Table:
-    from rich.table import Table
-
+    from wpcal.cli.console import new_table
     from wpcal.touch.advice import where_it_is
 
-    table = Table(title=f"Teach these features of {part}")
-    table.add_column("feature", no_wrap=True)
-    table.add_column("where")
+    table = new_table(f"Teach these features of {part}", "<=feature|<where")
     for feature in found.chosen.features:
         table.add_row(feature.name, where_it_is(feature))
     return table
 
 
 def _counts_table(found: Advice) -> Table:
-    from rich.table import Table
+    from wpcal.cli.console import new_table
 
     title = f"Largest predicted 95 % error along the seams (sigma {found.sigma_mm:g} mm, {found.criterion.value})"
-    table = Table(title=title)
-    for heading in ("points", "95 % mm", "at seam"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("features")
-    table.add_column("swap leaves mm", justify="right")
+    table = new_table(title, "=points|=95 % mm|=at seam|<features|swap leaves mm")
     for advised in found.by_count:
         mark = " (advised)" if advised.names == found.chosen.names else ""
         cells = (f"{len(advised.features)}{mark}", f"{advised.error_95_mm:.3f}", advised.seam)

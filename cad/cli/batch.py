@@ -16,6 +16,7 @@ import click
 
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import DASK_HELP, JSON_HELP, path_argument, path_option
 from wpcal.cli.signals import ENDING
 from wpcal.core.options import group, opt
@@ -347,8 +348,6 @@ def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json:
 
     lines = ((out / SUMMARY_FILE).read_bytes()).splitlines()
     if as_json:
-        from wpcal.core.records import to_json
-
         record = {
             "schema": "wpcal/batch/1",
             "seconds": round(seconds, 3),
@@ -356,7 +355,7 @@ def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json:
             "verdicts": dict(sorted(summary.verdicts.items())),
             "jobs": [json.loads(line) for line in lines],
         }
-        click.echo(to_json(record), nl=False)
+        print_json(record)
         return
     console = plain_console()
     failed = [line for line in map(json.loads, lines) if line["verdict"] == FAILED]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.options import no_cache_option
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def bodies(*, part_step: Path, out: Path | None, force: bool, as_json: bool, no_
     if out is not None:
         write_file(out, to_json(record).encode("utf-8"), overwrite=force)
     if as_json:
-        click.echo(to_json(record), nl=False)
+        print_json(record)
         return 0
     from wpcal.cli.console import plain_console, show_notes
 
@@ -53,11 +54,10 @@ def bodies(*, part_step: Path, out: Path | None, force: bool, as_json: bool, no_
 
 
 def _table(rows: Sequence[dict[str, Any]], file_name: str) -> Table:
-    from rich.table import Table
+    from wpcal.cli.console import new_table
 
-    table = Table(title=f"Bodies of {file_name} that may move (part frame)")
-    for heading in ("body", "faces", "centre mm", "size mm", "tack mm", "tack mrad"):
-        table.add_column(heading, no_wrap=heading != "body")
+    headings = "<body|<=faces|<=centre mm|<=size mm|<=tack mm|<=tack mrad"
+    table = new_table(f"Bodies of {file_name} that may move (part frame)", headings)
     for row in rows:
         centre, size = (" ".join(f"{value:.1f}" for value in row[key]) for key in ("centre_mm", "size_mm"))
         table.add_row(row["name"], str(row["faces"]), centre, size, f"{row['tack_mm']:g}", f"{row['tack_mrad']:g}")

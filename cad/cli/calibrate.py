@@ -10,6 +10,7 @@ import click
 
 from cad.cli.options import MESH, PART, REQUEST, no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import path_argument, path_option
 
 if TYPE_CHECKING:
@@ -88,9 +89,7 @@ def calibrate(
         needs=(PART, MESH),
     )
     if asked.output.as_json:
-        from wpcal.core.records import to_json
-
-        click.echo(to_json(written.record), nl=False)
+        print_json(written.record)
     else:
         show_written(written, out, details=asked.output.details)
     return exit_code(written.result, accept_unsure=asked.output.accept_unsure)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_option
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def demo(*, out: Path, force: bool, as_json: bool) -> int:
     from cad.cli.kernel_work import STARTING
     from cad.work.child import run_in_child
     from wpcal.cli.progress import shown_progress
-    from wpcal.core.records import check_writable, to_json
+    from wpcal.core.records import check_writable
 
     check_writable(out, overwrite=force)
     with shown_progress(STARTING) as progress:
@@ -35,7 +36,7 @@ def demo(*, out: Path, force: bool, as_json: bool) -> int:
             progress=progress,
         )
     if as_json:
-        click.echo(to_json(written.record), nl=False)
+        print_json(written.record)
     else:
         show_written(written, out)
         part, taught = out / "tee.step", out / "taught.csv"

@@ -10,6 +10,7 @@ import click
 
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import JSON_HELP, path_argument
 
 if TYPE_CHECKING:
@@ -39,11 +40,10 @@ def features(*, part_step: Path, choice: FeatureChoice, show_all: bool, as_json:
     chosen = choose_features([item.feature for item in judged], choice)
     ease = {item.feature.name: item.ease.word for item in judged}
     if as_json:
-        from wpcal.core.records import to_json
         from wpcal.taught.features import features_record
 
         members = notes.to_record()["members"]
-        click.echo(to_json({**features_record(chosen, ease, issues), "members": members}), nl=False)
+        print_json({**features_record(chosen, ease, issues), "members": members})
     else:
         from cad.cli.tables import features_table, members_table
         from wpcal.cli.console import plain_console, show_notes

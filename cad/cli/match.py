@@ -10,6 +10,7 @@ import click
 
 from cad.cli.options import POINTS, no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import JSON_HELP, path_argument
 
 if TYPE_CHECKING:
@@ -52,9 +53,7 @@ def match(
         "cad.workpiece.calibrate:match_taught", part_step, arguments, what=f"matching {taught}", use_cache=not no_cache
     )
     if as_json:
-        from wpcal.core.records import to_json
-
-        click.echo(to_json(found.to_record()), nl=False)
+        print_json(found.to_record())
     else:
         _show(found)
     if found.chosen is None:
@@ -64,12 +63,10 @@ def match(
 
 
 def _show(found: Match) -> None:
-    from rich.table import Table
 
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import new_table, plain_console
 
-    table = Table(title="Which feature each taught point is")
-    table.add_column("")
+    table = new_table("Which feature each taught point is", "<")
     for point in found.points:
         table.add_column(point)
     table.add_column("RMS mm", justify="right")

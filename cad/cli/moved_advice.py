@@ -33,14 +33,11 @@ def reached_lines(found: MovedAdvice) -> list[str]:
 
 
 def _touches_table(found: MovedAdvice, part: str) -> Table:
-    from rich.table import Table
+    from wpcal.cli.console import new_table
 
-    table = Table(title=f"Touch these features of {part}, in this order")
-    for heading in ("touch", "body"):
-        table.add_column(heading, no_wrap=True)
-    table.add_column("where")
-    for heading in ("for seam", "95 % mm before", "after"):
-        table.add_column(heading, justify="right")
+    table = new_table(
+        f"Touch these features of {part}, in this order", "<=touch|<=body|<where|for seam|95 % mm before|after"
+    )
     for touch in found.touches:
         table.add_row(touch.name, touch.body, touch.where, touch.seam, *_errors(touch))
     return table

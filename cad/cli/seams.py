@@ -9,6 +9,7 @@ import click
 
 from cad.cli.options import CHOICE, FINDING, MESH, PART, no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -91,11 +92,9 @@ def seams(
         page = build_seams_page(record, part_glb, file_name=part_step.name)
         write_file(html, page.encode("utf-8"), overwrite=force)
     if as_json:
-        from wpcal.core.records import to_json
-
         explained = {} if told is None else {"explained": {**told.record, "picture": drawn.name}}
         odd = {"issues": [issue.to_record() for issue in issues]}
-        click.echo(to_json({**record, **odd, **explained}), nl=False)
+        print_json({**record, **odd, **explained})
     elif told is not None:
         from cad.cli.tables import explained_table
         from wpcal.cli.console import plain_console

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.options import LINES, PART, no_cache_option
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -71,9 +72,7 @@ def sheet(
     )
     write_file(out, made.data, overwrite=force)
     if as_json:
-        from wpcal.core.records import to_json
-
-        click.echo(to_json(made.record), nl=False)
+        print_json(made.record)
     else:
         names = " ".join(one["name"] for one in made.record["welds" if welds else "points"])
         what = "weld" if welds else "touch"

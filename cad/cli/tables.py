@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
+from wpcal.cli.console import new_table
+
 if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
     from wpcal.seam import Seam
@@ -16,11 +18,9 @@ if TYPE_CHECKING:
 
 def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:
     """Return one row per feature; `ease` gives for each name how well it can be touched."""
-    table = Table(title=f"What can be taught on {file_name} (part frame)")
-    for heading in ("feature", "kind", "x y z mm"):
-        table.add_column(heading, no_wrap=True)
-    for heading in ("size mm", "touch", "ease", "solid"):
-        table.add_column(heading)
+    table = new_table(
+        f"What can be taught on {file_name} (part frame)", "<=feature|<=kind|<=x y z mm|<size mm|<touch|<ease|<solid"
+    )
     for feature in features:
         place = " ".join(f"{round(float(v), 3) + 0.0:.9g}" for v in feature.p_mm)
         table.add_row(
@@ -160,10 +160,9 @@ def _why(seam: Seam) -> tuple[str, str]:
 
 def members_table(notes: MemberNotes, seams: Sequence[Seam] = ()) -> Table:
     """Return one row per solid and member: what it is, its size and weight, what is welded on it, and why."""
-    table = Table(title="Members, and what the solids are taken for")
     numbers = {"length mm": ("length_mm", ".0f"), "kg": ("mass_kg", ".2f"), "weld mm": ("weld_mm", ".0f")}
-    for heading in ("member", "is", *numbers, "taken for", "why", "welded"):
-        table.add_column(heading, justify="right" if heading in numbers else "left")
+    headings = f"<member|<is|{'|'.join(numbers)}|<taken for|<why|<welded"
+    table = new_table("Members, and what the solids are taken for", headings)
     for one in notes.to_record(seams)["members"]:
         is_welded = one["said"] if one["said"] is not None else one["factor"] == 1.0
         welded = "yes" if is_welded else "no" if one["factor"] < notes.judging.level.value else "perhaps"
@@ -178,10 +177,7 @@ def members_table(notes: MemberNotes, seams: Sequence[Seam] = ()) -> Table:
 def explained_table(record: Mapping[str, Any]) -> Table:
     """Return what decided about one seam: the chain of decisions, the findings with their factors, the members."""
     state = "accepted" if record["accepted"] else "not taken as a weld"
-    table = Table(title=f"{record['seam']}: {state}, sure {record['confidence']:.0%}")
-    table.add_column("what")
-    table.add_column("factor", justify="right", no_wrap=True)
-    table.add_column("sure", justify="right", no_wrap=True)
+    table = new_table(f"{record['seam']}: {state}, sure {record['confidence']:.0%}", "<what|=factor|=sure")
     start = (f"{record['start_score']:g}", f"{record['start_confidence']:.0%}")
     for number, text in enumerate(record["chain"][:-1]):
         table.add_row(text, *(("", "") if number else start))

@@ -10,6 +10,7 @@ import click
 
 from cad.cli.options import BODIES, CHOICE, FINDING, MESH, PART, no_cache_option
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR, path_argument, path_option
 from wpcal.core.options import opt
 
@@ -164,7 +165,7 @@ def touches(
         (folder / "touches.csv").write_text(touches_csv(plan), encoding="utf-8")
         (folder / "touches.html").write_text(page, encoding="utf-8")
     if as_json:
-        click.echo(to_json(record), nl=False)
+        print_json(record)
     else:
         _show(plan, output)
     return 1 if plan.predicted is not None and plan.predicted.why_not else 0
@@ -214,12 +215,11 @@ def _predicted_lines(plan: TouchPlan, predicted: SeamPrediction) -> list[str]:
 
 
 def _searches_table(plan: TouchPlan) -> Table:
-    from rich.table import Table
+    from wpcal.cli.console import new_table
 
-    table = Table(title=f"Touches of {plan.part}, in their order (part frame)")
-    served = ("body", "for seam", "95 % mm after") if plan.bodies else ()
-    for heading in ("search", "touches", "with", "at mm", "direction", "stroke mm", *served):
-        table.add_column(heading, no_wrap=heading not in ("touches", *served))
+    served = "|<body|<for seam|<95 % mm after" if plan.bodies else ""
+    headings = f"<=search|<touches|<=with|<=at mm|<=direction|<=stroke mm{served}"
+    table = new_table(f"Touches of {plan.part}, in their order (part frame)", headings)
     for search in plan.searches:
         at = " ".join(f"{round(v, 1) + 0.0:g}" for v in search.contact_part.tolist())
         way = " ".join(f"{round(v, 2) + 0.0:g}" for v in search.direction.tolist())

@@ -13,6 +13,7 @@ import click
 
 from cad.cli.batch import MOST_AT_ONCE
 from cad.cli.options import MESH, PART, no_cache_option
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import JSON_HELP, path_argument, path_option
 from wpcal.core.result_files import CALIBRATION_FILE, JOB_FILE, SUMMARY_FILE
 
@@ -354,15 +355,13 @@ def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
     from wpcal.core.version import __version__
 
     if as_json:
-        from wpcal.core.records import to_json
-
         record = {
             "schema": "wpcal/verify/1",
             "wpcal": __version__,
             "checked": [each.to_record() for each in found],
             "not_checked": list(MAY_DIFFER),
         }
-        click.echo(to_json(record), nl=False)
+        print_json(record)
         return
     say = partial(plain_console().print, soft_wrap=True)
     for each in found:

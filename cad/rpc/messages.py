@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from typing import Any, Never, TypeAlias
 
-from wpcal.core.printable import printable
+from wpcal.core.wording import printable
 
 PROTOCOL = 1  #: Version of the protocol; a change that an older client cannot take has another number.
 LONGEST_ID = 200

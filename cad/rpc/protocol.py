@@ -9,9 +9,9 @@ from typing import Any
 from cad.rpc.messages import MessageFaultError, Request
 from cad.rpc.types import METHODS, answer_schema, method_type
 from wpcal.core.errors import FormatError
-from wpcal.core.printable import printable
 from wpcal.core.record_check import check_complete
 from wpcal.core.record_types import schema
+from wpcal.core.wording import printable
 
 HANDLE = "handle"
 ANSWER = "answer"  #: The schema of every line that is sent; the others are those of methods.

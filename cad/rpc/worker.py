@@ -190,7 +190,7 @@ def main() -> None:
     os.dup2(nothing, 0)
     channel = private_output()
     from cad.work.child import Limits
-    from wpcal.core.collector import collect_rarely
+    from wpcal.core.process import collect_rarely
 
     limit_memory(Limits.from_environment().memory_gb)
     collect_rarely()

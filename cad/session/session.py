@@ -25,8 +25,8 @@ from wpcal.controllers.taught_program import is_program, parse_program
 from wpcal.controllers.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
-from wpcal.core.printable import printable
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import printable
 from wpcal.results.next_steps import next_steps
 from wpcal.seam import Seam
 from wpcal.taught.features import ReferenceFeature, feature_named

@@ -33,11 +33,11 @@ from cad.step.solids import LeafShapes, leaf_shapes
 from cad.step.xcaf_tree import Leaf, StepTree, Use, merged_layers, usable_name
 from wpcal.brep.mesh import Rgb
 from wpcal.brep.solid_facts import SolidFacts
-from wpcal.core.collector import give_memory_back
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.given_names import is_given_name
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes, sha256_of
 from wpcal.core.issue import Issue
+from wpcal.core.process import give_memory_back
 
 READ_SETTINGS: dict[str, int | str] = {"xstep.cascade.unit": "MM", "read.stepcaf.subshapes.name": 1}
 """Lengths in mm, and the names of faces and edges, which the kernel does not read by default."""

@@ -68,7 +68,7 @@ def _answer(channel: IO[bytes], target: str, arguments: Mapping[str, Any], *, wa
     """Call the function and send its result, its error, or a defect as one frame."""
     from cad.work.frames import write_frame
     from cad.work.system_libraries import libgl_explained
-    from wpcal.core.collector import collect_rarely
+    from wpcal.core.process import collect_rarely
 
     collect_rarely()
     progress = {"progress": lambda text: write_frame(channel, "progress", text)} if wants_progress else {}

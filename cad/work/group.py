@@ -49,7 +49,7 @@ class GroupRequest:
 
 def preload(modules: Sequence[str]) -> None:
     """Import what groups and jobs need, so that forked processes have it."""
-    from wpcal.core.collector import collect_rarely
+    from wpcal.core.process import collect_rarely
 
     collect_rarely()
     for module in modules:

@@ -23,7 +23,7 @@ from cad.work.plain_data import pack, unpack
 from cad.work.plain_types import PlainDataError
 from cad.work.server import ENDED, GROUP
 from wpcal.core.errors import InputError, KernelError, fault_words
-from wpcal.core.threads import ONE_THREAD
+from wpcal.core.process import ONE_THREAD
 
 END_S = 10.0  #: The server needs less than a second to end its processes and to remove what they began.
 LATE, NO_MEMORY = "--job-seconds", "--job-gb"

@@ -21,10 +21,10 @@ from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.core.arrays import FloatArray
-from wpcal.core.collector import give_memory_back
 from wpcal.core.errors import blamed_on
 from wpcal.core.input_file import sha256_of_own
 from wpcal.core.issue import Issue
+from wpcal.core.process import give_memory_back
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import json_parts, new_directory, to_json
 from wpcal.core.result_files import CALIBRATION_FILE, PAGE_FILE, PART_FILE, SEAMS_FILE, TABLE_FILE

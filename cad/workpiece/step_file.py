@@ -16,10 +16,10 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, KernelNeededError,
 from wpcal.brep import BrepGraph
 from wpcal.brep.repeats import solid_copies
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.collector import give_memory_back
 from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes
 from wpcal.core.issue import Issue
+from wpcal.core.process import give_memory_back
 from wpcal.taught.features import ReferenceFeature, find_features
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR, path_argument, path_option
 from wpcal.cli.torch_options import TorchOfProgramAsked
 from wpcal.core.options import group, opt
@@ -91,10 +92,9 @@ def _line(fault: Fault) -> str:
 
 
 def _show(report: AuditReport, *, as_json: bool, repaired: tuple[str, ...] = ()) -> None:
-    from wpcal.core.records import to_json
 
     if as_json:
-        click.echo(to_json({**report.to_record(), "repaired": list(repaired)}), nl=False)
+        print_json({**report.to_record(), "repaired": list(repaired)})
         return
     for words in repaired:
         click.echo(f"repaired: {words}")

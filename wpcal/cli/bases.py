@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def bases(*, cell_json: Path, touched_csv: Path, output: Path, fitting: FitOptio
         for name, record in found.files.items():
             write_file(folder / name, to_json(record), overwrite=True)
     if as_json:
-        click.echo(to_json({**found.result.to_record(), "robot2_moved_mm": found.moved_mm}), nl=False)
+        print_json({**found.result.to_record(), "robot2_moved_mm": found.moved_mm})
     else:
         from wpcal.cli.calibration_tables import show_calibration
         from wpcal.cli.console import plain_console

@@ -9,6 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from wpcal.cli.console import new_table
 from wpcal.core.wording import listed
 
 ERRORS = ("u95_mm", "u95_across_mm", "u95_placing_mm", "u95_unseen_mm")  #: Columns of errors of a seam.
@@ -35,11 +36,10 @@ def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = 
 
 
 def _seams(rows: Sequence[Mapping[str, Any]], gap_limit_mm: float) -> Table:
-    table = Table(title="Seams where the moved faces meet: error and gap")
-    table.add_column("seam", no_wrap=True)
-    table.add_column("bodies")
-    for heading in ("95 % mm", "across", "from placing", "not seen", "gap mm"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = new_table(
+        "Seams where the moved faces meet: error and gap",
+        "<=seam|<bodies|=95 % mm|=across|=from placing|=not seen|=gap mm",
+    )
     never, wide = [], []
     for row in rows:
         errors = (f"{row[key]:.3f}" for key in ERRORS)
@@ -58,10 +58,10 @@ def _seams(rows: Sequence[Mapping[str, Any]], gap_limit_mm: float) -> Table:
 
 
 def _bodies(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(title="Bodies: how far each one is from its place in the model")
-    table.add_column("body")
-    for heading in ("moved mm", "turned mrad", "sigma", "p", "touches", "tack tolerance"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = new_table(
+        "Bodies: how far each one is from its place in the model",
+        "<body|=moved mm|=turned mrad|=sigma|=p|=touches|=tack tolerance",
+    )
     strongest = sorted(rows, key=lambda row: -row["sigmas"])[:MOST_ROWS]
     for row in rows if len(rows) <= MOST_ROWS else strongest:
         tack = f"{row['tack_mm']:.3g} mm, {row['tack_mrad']:.3g} mrad"
@@ -81,8 +81,7 @@ def _bodies(rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def _motions(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(title="Motions of the bodies, in the axes of the part, each with its standard deviation")
-    table.add_column("body")
+    table = new_table("Motions of the bodies, in the axes of the part, each with its standard deviation", "<body")
     for unit, kind in (("mm", "moved"), ("mrad", "turned")):
         for axis in "xyz":
             table.add_column(f"{kind} {axis} {unit}", justify="right")

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from wpcal.calibrate.trust.criteria import Criterion
+from wpcal.cli.console import new_table
 from wpcal.core.pendant import NOTATIONS
 from wpcal.results.next_steps import HELP_PAGE, next_steps
 
@@ -67,12 +68,10 @@ def _what_next(result: CalibrationResult, record: Mapping[str, Any]) -> Iterator
 
 
 def _points(result: CalibrationResult) -> Table:
-    table = Table(title="Points (residual = taught - fitted, base frame)")
+    headings = "<point|x mm|y mm|z mm|distance mm|95 % error mm"
+    table = new_table("Points (residual = taught - fitted, base frame)", headings)
     if result.criterion is Criterion.MINIMAX:
         table.caption = "minimax: the largest residuals are equal by construction"
-    table.add_column("point")
-    for heading in ("x mm", "y mm", "z mm", "distance mm", "95 % error mm"):
-        table.add_column(heading, justify="right")
     for pairs, residuals, mark in (
         (result.pairs, result.residuals, ""),
         (result.check, result.check_residuals, " (check)"),
@@ -132,19 +131,14 @@ def _details(result: CalibrationResult) -> Table:
 
 
 def _motions(motions: Sequence[HeldMotion]) -> Table:
-    table = Table(title="What holds the part")
-    for heading in ("motion", "singular value", "held by"):
-        table.add_column(heading)
+    table = new_table("What holds the part", "<motion|<singular value|<held by")
     for held in motions:
         table.add_row(held.motion, f"{held.singular_value:.3f}", ", ".join(held.held_by[:MOST_NAMED]))
     return table
 
 
 def _criteria(result: CalibrationResult) -> Table:
-    table = Table(title="Criteria on the same data")
-    table.add_column("criterion")
-    for heading in ("largest mm", "RMS mm", "95 % worst seam"):
-        table.add_column(heading, justify="right")
+    table = new_table("Criteria on the same data", "<criterion|largest mm|RMS mm|95 % worst seam")
     for row in result.criteria.rows if result.criteria else ():
         numbers = (row["largest_mm"], row["rms_mm"], row["seam_error_95_mm"])
         table.add_row(row["criterion"], *(f"{number:.4f}" for number in numbers))
@@ -157,10 +151,8 @@ def _criteria(result: CalibrationResult) -> Table:
 def _distrusted(found: Distrusted) -> Table:
     listed = ", ".join(found.names[:MOST_NAMED]) + (", …" if len(found.names) > MOST_NAMED else "")
     title = f"With and without {listed} ({found.criterion.value})"
-    table = Table(title=title, caption=f"the two differ by up to {found.shift_mm:.3f} mm")
-    table.add_column("fit")
-    for heading in ("points", "largest mm", "RMS mm", "95 % worst seam"):
-        table.add_column(heading, justify="right")
+    table = new_table(title, "<fit|points|largest mm|RMS mm|95 % worst seam")
+    table.caption = f"the two differ by up to {found.shift_mm:.3f} mm"
     for word, fit in (("with", found.with_them), ("without", found.without_them)):
         numbers = (fit.largest_mm, fit.rms_mm, fit.seam_error_95_mm)
         table.add_row(word, str(fit.points), *(f"{number:.4f}" for number in numbers))

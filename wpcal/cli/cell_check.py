@@ -6,10 +6,12 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.outputs import print_json
+
 
 def run_cell_check(cell_json: Path, output: Path | None, *, force: bool, as_json: bool) -> int:
     """Tell what is odd in a cell, and draw it; 2 if anything is odd."""
-    from wpcal.core.records import to_json, write_file
+    from wpcal.core.records import write_file
     from wpcal.pages.cell import build_cell_page
     from wpcal.planning.cell.cell_check import cell_check_record, check_cell
     from wpcal.planning.cell.cell_file import read_cell
@@ -21,7 +23,7 @@ def run_cell_check(cell_json: Path, output: Path | None, *, force: bool, as_json
     page.parent.mkdir(parents=True, exist_ok=True)
     write_file(page, html, overwrite=force)
     if as_json:
-        click.echo(to_json(record), nl=False)
+        print_json(record)
     else:
         for issue in issues:
             click.echo(issue.message)

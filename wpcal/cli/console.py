@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from wpcal.cli.streams import PrintableText
-from wpcal.core.printable import printable
+from wpcal.core.wording import printable
 
 if TYPE_CHECKING:
     from wpcal.core.issue import Issue
@@ -52,6 +52,19 @@ def plain_console(*, stderr: bool = False) -> Console:
         emoji=False,
         width=FILE_COLUMNS if wide else None,
     )
+
+
+def new_table(title: str, headings: str) -> Table:
+    """Return a table without rows.
+
+    `headings`: With ``|`` between them, first the marks of a column: ``<`` on the left, ``=`` no cell is wrapped.
+    """
+    table = Table(title=title)
+    for heading in headings.split("|"):
+        name = heading.lstrip("<=")
+        marks = heading.removesuffix(name)
+        table.add_column(name, justify="left" if "<" in marks else "right", no_wrap="=" in marks)
+    return table
 
 
 class _StyledFile:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
     """
     from wpcal.cli.outputs import require_new
     from wpcal.core.issue import Issue
-    from wpcal.core.records import to_json, write_file
+    from wpcal.core.records import write_file
     from wpcal.core.rotations import rx_ry_rz_deg
     from wpcal.robot.compensation import correct_points
     from wpcal.robot.identify.poses_file import corrected_table, parse_tool, read_taught_joints
@@ -67,7 +68,7 @@ def correct(*, taught_csv: Path, robot: str, output: Path | None, tool: str | No
             ],
             "issues": [issue.to_record() for issue in issues],
         }
-        click.echo(to_json(record), nl=False)
+        print_json(record)
     elif output is None:
         click.echo(text, nl=False)
     else:
@@ -89,14 +90,10 @@ def _doubts(arm: str, bias_mm: float) -> list[Issue]:
 
 def _show(names: tuple[str, ...], shifts: FloatArray) -> None:
     import numpy as np
-    from rich.table import Table
 
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import new_table, plain_console
 
-    table = Table(title="Corrected points (true minus nominal)")
-    table.add_column("point")
-    for heading in ("dx mm", "dy mm", "dz mm", "distance mm"):
-        table.add_column(heading, justify="right")
+    table = new_table("Corrected points (true minus nominal)", "<point|dx mm|dy mm|dz mm|distance mm")
     for name, shift in zip(names, shifts, strict=True):
         table.add_row(name, *(f"{value:+.3f}" for value in shift), f"{np.linalg.norm(shift):.3f}")
     plain_console().print(table)

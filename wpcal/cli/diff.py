@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from wpcal.cli.option_groups import command, option_of
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import JSON_HELP, path_argument
 
 
@@ -17,7 +18,6 @@ from wpcal.cli.shared_help import JSON_HELP, path_argument
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the differences.")
 def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
     """Compare calibration.json and seams.json in OUT with those in GOLDEN; ends with code 1 if they differ."""
-    from wpcal.core.records import to_json
     from wpcal.results.agree import require_as_written
     from wpcal.results.diff import compare_folders
 
@@ -26,17 +26,13 @@ def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
     differences = compare_folders(out, golden, atol_mm=atol_mm)
     if as_json:
         found = [d.to_record() for d in differences]
-        click.echo(to_json({"schema": "wpcal/diff/1", "atol_mm": atol_mm, "differences": found}), nl=False)
+        print_json({"schema": "wpcal/diff/1", "atol_mm": atol_mm, "differences": found})
     else:
-        from rich.table import Table
-
-        from wpcal.cli.console import plain_console
+        from wpcal.cli.console import new_table, plain_console
 
         console = plain_console()
         if differences:
-            table = Table(title=f"{len(differences)} differences (limit {atol_mm:g} mm)")
-            for heading in ("where", "found", "golden", "off by"):
-                table.add_column(heading)
+            table = new_table(f"{len(differences)} differences (limit {atol_mm:g} mm)", "<where|<found|<golden|<off by")
             for d in differences:
                 table.add_row(d.where, d.found, d.expected, d.off_by)
             console.print(table)

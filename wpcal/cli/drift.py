@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def drift(
     write_file(beside, to_json(record), overwrite=force)
     write_file(out, page, overwrite=force)
     if as_json:
-        click.echo(to_json(record), nl=False)
+        print_json(record)
     else:
         _show(record)
         click.echo(f"wrote {out} and {beside}")

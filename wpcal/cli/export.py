@@ -10,7 +10,7 @@ import click
 
 from wpcal.cli.export_options import WeldProgramAsked
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.outputs import EXPORT_SCHEMA
+from wpcal.cli.outputs import EXPORT_SCHEMA, print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -140,10 +140,8 @@ def _list_formats(*, as_json: bool) -> int:
 
     exporters = [exporter_named(name) for name in exporter_names()]
     if as_json:
-        from wpcal.core.records import to_json
-
         titles = {exporter.name: exporter.title for exporter in exporters}
-        click.echo(to_json({"schema": "wpcal/formats/1", "formats": titles}), nl=False)
+        print_json({"schema": "wpcal/formats/1", "formats": titles})
         return 0
     for exporter in exporters:
         makers = ", ".join(getattr(exporter, "brands", ()))
@@ -166,8 +164,6 @@ def _show(
     woven = describe_woven_data(path.run for path in program.paths)
     not_checked = "; ".join([NOT_CHECKED, *(f"NOT CHECKED: {what}" for what in unjudged), *woven])
     if as_json:
-        from wpcal.core.records import to_json
-
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()}
         record = {
             "schema": EXPORT_SCHEMA,
@@ -179,7 +175,7 @@ def _show(
             "checked": list(program.checked),
             "not_checked": not_checked,
         }
-        click.echo(to_json(record), nl=False)
+        print_json(record)
         return
     for name, files in contents.items():
         form = forms[name]

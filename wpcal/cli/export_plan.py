@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.outputs import EXPORT_SCHEMA
+from wpcal.cli.outputs import EXPORT_SCHEMA, print_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -108,8 +108,6 @@ def _show(
     from wpcal.cli.plan_sequence import said_of_arc
 
     if as_json:
-        from wpcal.core.records import to_json
-
         written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in found.files.items()}
         answer = {
             "schema": EXPORT_SCHEMA,
@@ -119,7 +117,7 @@ def _show(
             "checked": [] if found.not_checked else [record["checked"]],
             "not_checked": "; ".join([*found.open, *found.not_checked]),
         }
-        click.echo(to_json(answer), nl=False)
+        print_json(answer)
         return
     for name, files in found.files.items():
         click.echo(f"{name}: {', '.join(sorted(files))} in {targets[name]}")

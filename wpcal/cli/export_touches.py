@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.outputs import EXPORT_SCHEMA
+from wpcal.cli.outputs import EXPORT_SCHEMA, print_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -184,8 +184,6 @@ def _show(
     searches = [search.name for search in program.plan.searches]
     setup = "the defaults of the touch setup" if setup_file is None else str(setup_file)
     if as_json:
-        from wpcal.core.records import to_json
-
         record = {
             "schema": EXPORT_SCHEMA,
             "seams": [],
@@ -195,7 +193,7 @@ def _show(
             "files": {name: [str(targets[name] / file) for file in sorted(files)] for name, files in contents.items()},
             "not_checked": NOT_CHECKED,
         }
-        click.echo(to_json(record), nl=False)
+        print_json(record)
         return
     for name, files in contents.items():
         what = f"{len(searches)} searches, fingerprint {program.plan.fingerprint}"

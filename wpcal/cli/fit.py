@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import DETAILS_HELP, JSON_HELP, path_argument
 
 if TYPE_CHECKING:
@@ -45,7 +46,6 @@ def fit(
     from wpcal.cli.calibration_tables import exit_code, show_calibration
     from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import blamed_on
-    from wpcal.core.records import to_json
     from wpcal.taught.pairs import read_pairs
 
     criterion = options.criterion or Criterion.MINIMAX
@@ -67,7 +67,7 @@ def fit(
             certify=options.certify,
         )
     if as_json:
-        click.echo(to_json(result.to_record()), nl=False)
+        print_json(result.to_record())
     else:
         from wpcal.cli.console import plain_console
 

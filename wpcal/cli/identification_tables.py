@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from wpcal.cli.console import show_notes
+from wpcal.cli.console import new_table, show_notes
 
 MOST_TOLD = 2  #: Notes of one kind on the console.
 
@@ -65,9 +65,7 @@ def _shortened(issues: Sequence[Issue]) -> list[Issue]:
 def _errors(result: Identification) -> Table:
     folds = result.options.folds
     how = f"{folds} folds" if folds else f"{len(result.train)} rows fitted"
-    table = Table(title=f"{result.arm.name}: errors on {len(result.test)} test rows ({how})")
-    for heading in ("", "mean", "rms", "95 %", "largest"):
-        table.add_column(heading, justify="right" if heading else "left")
+    table = new_table(f"{result.arm.name}: errors on {len(result.test)} test rows ({how})", "<|mean|rms|95 %|largest")
     _row(table, "nominal, mm", result.before.distance_mm)
     _row(table, "identified, mm", result.after.distance_mm)
     if result.before.turn_deg is not None and result.after.turn_deg is not None:
@@ -84,9 +82,7 @@ def _row(table: Table, name: str, figures: ErrorFigures) -> None:
 def _parameters(result: Identification) -> Table:
     from wpcal.robot.identify.identification_record import parameter_rows
 
-    table = Table(title="Link parameters")
-    for heading in ("parameter", "unit", "nominal", "identified", "change", "± 95 %"):
-        table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right")
+    table = new_table("Link parameters", "<parameter|<unit|nominal|identified|change|± 95 %")
     for row in parameter_rows(result):
         table.add_row(
             row["name"],
@@ -101,10 +97,8 @@ def _parameters(result: Identification) -> Table:
 
 def show_plan(plan: PosePlan, console: Console) -> None:
     """Print the planned poses and how well they determine the parameters."""
-    table = Table(title=f"{len(plan.joints)} poses to measure (joint angles, degrees)")
-    table.add_column("pose", justify="right")
-    for joint in range(plan.joints.shape[1]):
-        table.add_column(f"q{joint + 1}", justify="right")
+    names = [f"q{joint + 1}" for joint in range(plan.joints.shape[1])]
+    table = new_table(f"{len(plan.joints)} poses to measure (joint angles, degrees)", "|".join(["pose", *names]))
     for number, joints in enumerate(np.rad2deg(plan.joints), start=1):
         table.add_row(str(number), *(f"{angle:.2f}" for angle in joints))
     console.print(table)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 from wpcal.core.options import opt
 
@@ -159,14 +160,14 @@ def _planned(arm: Arm, count: int, options: IdentifyOptions, asked: PosesAsked) 
 def _write_plan(arm: Arm, plan: PosePlan, output: Path, *, force: bool, as_json: bool) -> int:
     from wpcal.cli.console import plain_console
     from wpcal.cli.identification_tables import show_plan
-    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.core.records import new_directory, write_file
     from wpcal.robot.identify.poses_file import plan_table
 
     nominal = arm.as_nominal()
     with new_directory(output, overwrite=force) as folder:
         write_file(folder / "plan.csv", plan_table(nominal, plan.joints), overwrite=True)
     if as_json:
-        click.echo(to_json(plan.to_record(nominal)), nl=False)
+        print_json(plan.to_record(nominal))
     else:
         show_plan(plan, plain_console())
     return 0

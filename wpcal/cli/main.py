@@ -9,12 +9,12 @@ from pathlib import Path
 import click
 
 from wpcal.cli.command_group import CommandsByEntryPoint
+from wpcal.cli.outputs import print_json
 from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
-from wpcal.core.collector import collect_rarely
-from wpcal.core.printable import printable
-from wpcal.core.threads import use_one_thread
+from wpcal.core.process import collect_rarely, use_one_thread
 from wpcal.core.version import __version__
+from wpcal.core.wording import printable
 
 EXIT_OUR_FAULT = 70
 EXIT_OF_SIGNAL = 128  #: As in a shell: 143 after SIGTERM, 129 after SIGHUP.
@@ -136,9 +136,8 @@ def _fail(error: BaseException, message: str, code: int, arguments: list[str] | 
     words = sys.argv[1:] if arguments is None else arguments
     if "--json" in words:
         from wpcal.cli.error_record import error_record
-        from wpcal.core.records import to_json
 
-        click.echo(to_json(error_record(error, message, code, words)), nl=False)
+        print_json(error_record(error, message, code, words))
     return _say(with_hint(error, message), code)
 
 

@@ -7,10 +7,18 @@ import os
 import sys
 from collections.abc import Callable, Collection, Container, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
 EXPORT_SCHEMA = "wpcal/export/1"
+
+
+def print_json(record: Mapping[str, Any]) -> None:
+    """Print a record on stdout, as files have it."""
+    from wpcal.core.records import to_json
+
+    click.echo(to_json(record), nl=False)
 
 
 def require_new(path: Path, *, overwrite: bool) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
-from wpcal.cli.outputs import require_result
+from wpcal.cli.outputs import print_json, require_result
 from wpcal.cli.part_option import part_option, read_part_option
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, path_argument, path_option
 
@@ -44,7 +44,7 @@ def place(
     reaches all seams.
     """
     from wpcal.cli.progress import shown_progress
-    from wpcal.core.records import to_json, write_file
+    from wpcal.core.records import write_file
     from wpcal.pages.draw.place import place_svg
     from wpcal.planning.cell.cell_file import read_one_robot
     from wpcal.planning.sequence.place import WHOLE, map_places
@@ -61,7 +61,7 @@ def place(
         found = map_places(cell, given.part, given.seams, SequenceTargets(), options, progress=progress)
     write_file(output, place_svg(found), overwrite=force)
     if as_json:
-        click.echo(to_json(found.to_record(cell.name)), nl=False)
+        print_json(found.to_record(cell.name))
     else:
         flag = "robot" if options.moved.value == "robot" else "part" if cell.carrier is None else "positioner"
         numbers = itertools.chain(*found.best_at.to_record().values())

@@ -224,16 +224,12 @@ def calibration_of(given: SequenceInput, result: Path) -> Mapping[str, Any]:
 
 def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
     """Print the table of seams and the plans to choose from."""
-    from rich.table import Table
-
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import new_table, plain_console
     from wpcal.planning.sequence.timeline import position_name
 
     console, sequence = plain_console(), choice.sequence
-    table = Table(title=f"Seams in the order of welding: {sequence.cell.name}")
-    columns = ("", "seam", "mm", "external axes", "slope", "rotation", "off position", "mm/s", "least margin mm")
-    for heading in columns:
-        table.add_column(heading, justify="left" if heading in ("seam", "external axes") else "right")
+    headings = "|<seam|mm|<external axes|slope|rotation|off position|mm/s|least margin mm"
+    table = new_table(f"Seams in the order of welding: {sequence.cell.name}", headings)
     for row, piece in enumerate(sequence.pieces, start=1):
         candidate = piece.candidate
         slope, rotation = position_name(sequence.cell, piece)

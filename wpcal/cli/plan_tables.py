@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
+from wpcal.cli.console import new_table
 from wpcal.planning.plan.run import CellRun
 from wpcal.planning.search.objectives import OBJECTIVES
 from wpcal.planning.search.pareto import ParetoSet, PlanningResult, Preference
 
 
 def _plans_table(front: ParetoSet, chosen: int, runs: Sequence[CellRun]) -> Table:
-    table = Table(title=f"Plans of seam {front.plans[0].seam}")
-    objectives = [f"{objective.label} {objective.unit}" for objective in OBJECTIVES]
-    for heading in ("", "found by", *objectives, "least clearance mm", "tip error mm", "tip speed mm/s"):
-        table.add_column(heading, justify="left" if heading == "found by" else "right")
+    objectives = "|".join(f"{objective.label} {objective.unit}" for objective in OBJECTIVES)
+    headings = f"|<found by|{objectives}|least clearance mm|tip error mm|tip speed mm/s"
+    table = new_table(f"Plans of seam {front.plans[0].seam}", headings)
     for row, (plan, tip) in enumerate(zip(front.plans, (run.tip for run in runs), strict=True)):
         values = [f"{plan.objectives[objective.name]:.3f}" for objective in OBJECTIVES]
         least = "" if plan.clearance_mm is None else f"{plan.clearance_mm.min():.1f}"

@@ -17,8 +17,8 @@ from contextvars import ContextVar
 
 import click
 
-from wpcal.core.printable import printable
 from wpcal.core.progress import Progress
+from wpcal.core.wording import printable
 
 USUAL_PATIENCE_S = 2.0  #: Who waits longer wants to know what for. A command that ends sooner says its result only.
 REPEAT_S = 10.0

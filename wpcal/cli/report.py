@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from wpcal.cli.outputs import say_note
+from wpcal.cli.outputs import print_json, say_note
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 
@@ -21,7 +21,7 @@ def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int
     It is made from calibration.json, seams.json and, if it exists, part.glb. `wpcal calibrate` writes the
     same page. Ends with code 1 unless the verdict of the calibration is PASS; the page is written and says so.
     """
-    from wpcal.core.records import to_json, write_file
+    from wpcal.core.records import write_file
     from wpcal.core.result_files import PAGE_FILE
     from wpcal.core.whole_folder import begin_replacing
     from wpcal.pages.report import build_report
@@ -38,7 +38,7 @@ def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int
         note_written(folder, PAGE_FILE)
     verdict = found.calibration["verdict"]
     if as_json:
-        click.echo(to_json({"schema": "wpcal/report/1", "verdict": verdict, "file": str(target)}), nl=False)
+        print_json({"schema": "wpcal/report/1", "verdict": verdict, "file": str(target)})
     else:
         click.echo(f"wrote {target}")
     return 0 if verdict == "PASS" else 1

@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from wpcal.cli.option_groups import command
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import path_argument, path_option
 from wpcal.cli.shop_file import SHOP_FILE
 
@@ -62,14 +63,12 @@ def _shown(*, as_json: bool) -> int:
     for name, each in said:
         rows.setdefault((each.flag, str(each), each.origin), []).append(name)
     if as_json:
-        from wpcal.core.records import to_json
-
         values = [
             {"option": flag, "value": text.removeprefix(flag).strip(), "origin": origin, "commands": names}
             for (flag, text, origin), names in rows.items()
         ]
         file = None if found.path is None else str(found.path)
-        click.echo(to_json({"schema": "wpcal/shop/1", "file": file, "values": values}), nl=False)
+        print_json({"schema": "wpcal/shop/1", "file": file, "values": values})
         return 0
     where = "no wpcal.toml is above this folder; `wpcal shop new` writes one" if found.path is None else f"{found.path}"
     click.echo(where)
@@ -82,7 +81,6 @@ def _shown(*, as_json: bool) -> int:
 def _learn(results: tuple[Path, ...], *, as_json: bool) -> int:
     """Propose rules from decisions about seams; ends with code 1 if there is none."""
     from wpcal.cli.shop_file import find_shop
-    from wpcal.core.records import to_json
     from wpcal.core.wording import counted
     from wpcal.results.habits import decisions_in, learned_rules
 
@@ -94,7 +92,7 @@ def _learn(results: tuple[Path, ...], *, as_json: bool) -> int:
     by_hand = sum(bool(one.kind) for one in decisions)
     if as_json:
         record = {"schema": "wpcal/shop-rules/1", "decisions": by_hand, "rules": [one.to_record() for one in rules]}
-        click.echo(to_json(record), nl=False)
+        print_json(record)
         return int(not rules)
     click.echo(
         f"{counted(by_hand, 'decision')} by hand, {counted(len(rules), 'rule')} that would have saved some of them"

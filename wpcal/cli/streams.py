@@ -11,7 +11,7 @@ import io
 import os
 import sys
 
-from wpcal.core.printable import printable
+from wpcal.core.wording import printable
 
 _OUTPUT, _ERRORS = 1, 2
 """Their file descriptors."""

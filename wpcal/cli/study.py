@@ -116,13 +116,10 @@ def _show(result: ErrorStudy) -> None:
 
 
 def _histogram(result: ErrorStudy) -> Table:
-    from rich.table import Table
+    from wpcal.cli.console import new_table
 
     counts, edges = result.histogram()
-    table = Table(title="Distribution of e")
-    table.add_column("e mm", justify="right")
-    table.add_column("trials", justify="right")
-    table.add_column("")
+    table = new_table("Distribution of e", "e mm|trials|<")
     for count, low, high in zip(counts, edges[:-1], edges[1:], strict=True):
         table.add_row(f"{low:.3g} to {high:.3g}", f"{count:.0f}", "█" * round(BAR_WIDTH * count / counts.max()))
     return table

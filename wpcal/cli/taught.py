@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def taught(*, program: Path, out: Path | None, reading: PointsAsked, force: bool
     reads programs directly; this command shows what it reads.
     """
     from wpcal.controllers.taught_program import require_program
-    from wpcal.core.records import to_json, write_file
+    from wpcal.core.records import write_file
     from wpcal.taught.table import taught_csv, taught_record
 
     require_program(program)
@@ -35,7 +36,7 @@ def taught(*, program: Path, out: Path | None, reading: PointsAsked, force: bool
     if out is not None:
         write_file(out, taught_csv(read), overwrite=force)
     if as_json:
-        click.echo(to_json(taught_record(read)), nl=False)
+        print_json(taught_record(read))
     elif out is None:
         click.echo(taught_csv(read), nl=False)
     else:

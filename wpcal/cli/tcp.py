@@ -53,13 +53,10 @@ def tcp(*, touches_csv: Path, robot: str, output: Path | None, force: bool, as_j
 
 def _show(names: tuple[str, ...], found: ToolPoint) -> None:
     import numpy as np
-    from rich.table import Table
 
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import new_table, plain_console
 
-    table = Table(title="Touches of the point")
-    table.add_column("touch")
-    table.add_column("off mm", justify="right")
+    table = new_table("Touches of the point", "<touch|off mm")
     for name, off in zip(names, np.linalg.norm(found.residuals, axis=1), strict=True):
         table.add_row(name, f"{off:.3f}")
     console = plain_console()

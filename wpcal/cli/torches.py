@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_option
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json:
 
     The first one is assumed unless another one is stated. -o draws them to one scale.
     """
-    from wpcal.core.records import to_json, write_file
+    from wpcal.core.records import write_file
     from wpcal.pages.draw.torches import torches_svg
     from wpcal.robot.torch.file import find_torch, shipped_torches, torches_record
 
@@ -31,7 +32,7 @@ def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json:
     if out is not None:
         write_file(out, torches_svg(shapes).encode("utf-8"), overwrite=force)
     if as_json:
-        click.echo(to_json(torches_record(shapes)), nl=False)
+        print_json(torches_record(shapes))
     else:
         _show(shapes, out)
     return 0
@@ -52,15 +53,10 @@ def _row(shape: TorchShape) -> tuple[str, ...]:
 
 
 def _show(shapes: list[TorchShape], out: Path | None) -> None:
-    from rich.table import Table
-
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import new_table, plain_console
     from wpcal.robot.torch.file import shipped_torches
 
-    table = Table(title="Torches: outer diameters and lengths in mm")
-    for heading in ("torch", "wire", "nozzle", "neck", "body"):
-        table.add_column(heading, no_wrap=heading == "torch")
-    table.add_column("length", justify="right")
+    table = new_table("Torches: outer diameters and lengths in mm", "<=torch|<wire|<nozzle|<neck|<body|length")
     for shape in shapes:
         table.add_row(*_row(shape))
     console = plain_console()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, path_argument, path_option
 from wpcal.cli.torch_options import TorchOfProgramAsked
 
@@ -81,7 +82,7 @@ def touchup(
         record["not_free"] = faults_of(found, texts, around)
         texts = without_claim(texts) if record["not_free"] else texts
     if as_json:
-        click.echo(to_json(record), nl=False)
+        print_json(record)
     else:
         _show(found)
         for sentence in (*record["sentences"], *record["proposals"], *record["not_free"]):
@@ -125,18 +126,15 @@ def _written_of(program: Path, result: Path) -> Path:
 
 
 def _show(found: TouchUp) -> None:
-    from rich.table import Table
 
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import new_table, plain_console
 
     if not found.seams:
         click.echo("all corrections are set aside" if found.points else "no point of a seam was corrected")
         return
-    table = Table(title=f"{len(found.points)} corrected points")
-    table.add_column("seam")
-    for heading in ("corrected", "was off mm", "95 % before mm", "95 % now mm"):
-        table.add_column(heading, justify="right")
-    table.add_column("")
+    table = new_table(
+        f"{len(found.points)} corrected points", "<seam|corrected|was off mm|95 % before mm|95 % now mm|<"
+    )
     for each in found.seams:
         before = "" if each.before_95_mm is None else f"{each.before_95_mm:.2f}"
         table.add_row(

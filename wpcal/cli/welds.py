@@ -11,6 +11,7 @@ import click
 
 from wpcal.cli.export_options import SelectionAsked
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import print_json
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, XMCF_HELP, path_argument, path_option
 from wpcal.cli.weld_options import WeldRulesAsked
 from wpcal.core.options import opt
@@ -177,7 +178,7 @@ def welds(
         what = "not accepted or not chosen; values are kept under without_seam"
         notes.append(f"{listed(one.name for one in found.not_chosen)}: {what}")
     if as_json:
-        click.echo(to_json({**record, "notes": notes}), nl=False)
+        print_json({**record, "notes": notes})
     else:
         _show(found)
     for note in notes:
@@ -186,17 +187,11 @@ def welds(
 
 
 def _show(found: FoundWelds) -> None:
-    from rich.table import Table
 
-    from wpcal.cli.console import plain_console
+    from wpcal.cli.console import new_table, plain_console
     from wpcal.weld.values import describe_weld
 
-    table = Table(title="Welds")
-    for title in ("seam", "weld"):
-        table.add_column(title)
-    for title in ("t mm", "A", "V", "wire m/min", "mm/s", "welded mm"):
-        table.add_column(title, justify="right")
-    table.add_column("by you")
+    table = new_table("Welds", "<seam|<weld|t mm|A|V|wire m/min|mm/s|welded mm|<by you")
     for weld in found.welds:
         values = weld.values
         numbers = (values.thickness_mm, values.current_a, values.voltage_v, values.wire_feed_m_min, values.speed_mm_s)

@@ -1,6 +1,6 @@
 """Errors, arrays, rigid transforms, point pairs and records: what every other package builds on.
 
-The names are imported when they are used: a process sets its threads (`wpcal.core.threads`) before NumPy is loaded.
+The names are imported when they are used: a process sets its threads (`wpcal.core.process`) before NumPy is loaded.
 """
 
 from __future__ import annotations

@@ -71,14 +71,15 @@ def postures_of_readings(table: Table) -> FloatArray | None:
     found = readings_of_table(table)
     if not any(found):
         return None
-    return np.array([np.full((3, 3), np.nan) if each is None else _turn(each.T_base_tool) for each in found])
+    return np.array(
+        [
+            np.full((3, 3), np.nan) if each is None else rotation_from_zyx(*np.radians(each.T_base_tool[3:]))
+            for each in found
+        ]
+    )
 
 
 def _place(values: Any) -> FloatArray:
     if len(values) != 6 or not np.isfinite(values).all():
         raise ValueError
     return np.array(values[:3], dtype=float)
-
-
-def _turn(values: Six) -> FloatArray:
-    return rotation_from_zyx(*np.radians(values[3:]))

@@ -25,8 +25,7 @@ from wpcal.core.csv_text import without_mark
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.numbers import NUMBER
-from wpcal.core.printable import printable
-from wpcal.core.wording import listed, shown
+from wpcal.core.wording import listed, printable, shown
 
 SEPARATORS = ";\t,"  #: In order of priority: a header with a semicolon or a tab is not separated by commas.
 MOST_COLUMNS = 1000  #: A table with more columns was not written for wpcal.
@@ -175,7 +174,8 @@ def _text_of(raw: bytes, path: str) -> str:
 def parse_table(raw: bytes, *, path: str) -> Table:
     """Return the table that the bytes of a file hold; errors as in `read_table`."""
     text = _text_of(raw, path)
-    separator = _separator(text.lstrip().split("\n", 1)[0])
+    first = text.lstrip().split("\n", 1)[0]
+    separator = next((mark for mark in SEPARATORS if mark in first), ",")
     lines, rows = _rows(text, separator, path)
     if not rows:
         raise FormatError("all cells are empty; expected a header line and rows", path=path)
@@ -193,10 +193,6 @@ def parse_table(raw: bytes, *, path: str) -> Table:
         for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True)
     }
     return Table(path, columns, tuple(lines[1:]), separator)
-
-
-def _separator(header: str) -> str:
-    return next((mark for mark in SEPARATORS if mark in header), ",")
 
 
 def _rows(text: str, separator: str, path: str) -> tuple[list[int], list[list[str]]]:

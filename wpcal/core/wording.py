@@ -1,12 +1,25 @@
-"""How a message shows a value or names that came from a file: short, however long they are."""
+"""How a message shows a value or names that came from a file: short, however long they are, and harmless."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 
 LONGEST_SHOWN = 40  #: Characters of a wrong text that a message repeats.
 MOST_LISTED = 20  #: Names that a message lists.
 MOST_NAMED = 6  #: Names that a sentence about what to do lists; tables and pages have the rest.
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters except tabs and line ends, characters that turn the direction of writing or end a line, and half
+surrogates."""
+
+
+def printable(text: str) -> str:
+    r"""Return a text with its control characters as escapes, so that a name cannot steer a terminal.
+
+    >>> print(printable("plate \x1b[31m"))
+    plate \u001b[31m
+    """
+    return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def shown(value: object) -> str:

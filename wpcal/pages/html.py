@@ -17,8 +17,8 @@ from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
 
-from wpcal.core.printable import printable
 from wpcal.core.records import to_compact_json
+from wpcal.core.wording import printable
 from wpcal.pages.packing import pack_glb
 
 COMPRESSION = 6  #: Level of zlib: level 9 saves 2 % of a mesh and takes three times as long.
@@ -38,28 +38,13 @@ def build_page(
     `blobs`: Larger data, which the page stores deflated (GLB files are packed first). The script gets them from
     ``readBlob(name)`` or ``readJsonBlob(name)``.
     """
-    styles = [_bundle(f"{entry}.css")]
-    scripts = [_bundle("viewer.js"), _bundle(f"{entry}.js")]
-    lines = [
-        "<!DOCTYPE html>",
-        '<html lang="en">',
-        "<head>",
-        '<meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts, styles, connects=connects)}">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        '<link rel="icon" href="data:,">',
-        f"<title>{escaped(title)}</title>",
-        *(f"<style>{text}</style>" for text in styles),
-        "</head>",
-        "<body>",
+    held = [
         body.strip(),
         f'<script type="application/json" id="data">{_json_in_html(data)}</script>',
         *(_blob(name, raw) for name, raw in (blobs or {}).items()),
-        *(f"<script>{text}</script>" for text in scripts),
-        "</body>",
-        "</html>",
     ]
-    return "\n".join(lines) + "\n"
+    scripts = [_bundle("viewer.js"), _bundle(f"{entry}.js")]
+    return _page(title, _bundle(f"{entry}.css"), held, scripts, connects=connects)
 
 
 def build_still_page(*, title: str, style: str, body: str, script: str | None = None) -> str:
@@ -68,21 +53,23 @@ def build_still_page(*, title: str, style: str, body: str, script: str | None = 
     `script`: The name of a bundle; None: the page has no script.
     """
     scripts = [] if script is None else [_bundle(script)]
+    return _page(title, style, ["<main>", body.strip(), "</main>"], scripts, connects=False)
+
+
+def _page(title: str, style: str, held: list[str], scripts: list[str], *, connects: bool) -> str:
     lines = [
         "<!DOCTYPE html>",
         '<html lang="en">',
         "<head>",
         '<meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts, [style], connects=False)}">',
+        f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts, style, connects=connects)}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<link rel="icon" href="data:,">',
         f"<title>{escaped(title)}</title>",
         f"<style>{style}</style>",
         "</head>",
         "<body>",
-        "<main>",
-        body.strip(),
-        "</main>",
+        *held,
         *(f"<script>{text}</script>" for text in scripts),
         "</body>",
         "</html>",
@@ -108,12 +95,12 @@ def _bundle(name: str) -> str:
     return text
 
 
-def _policy(scripts: list[str], styles: list[str], *, connects: bool) -> str:
+def _policy(scripts: list[str], style: str, *, connects: bool) -> str:
     """Return a policy that allows exactly these texts, and images only inside the page."""
     parts = [
         "default-src 'none'",
         *([f"script-src {' '.join(map(_hash_source, scripts))}"] if scripts else ()),
-        f"style-src {' '.join(map(_hash_source, styles))}",
+        f"style-src {_hash_source(style)}",
         "img-src data:",
         "base-uri 'none'",
         "form-action 'none'",

@@ -5,7 +5,7 @@ Positions are compared as distances in mm. Rotations are compared by how far the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -51,68 +51,71 @@ def compare_calibrations(
     found: Mapping[str, Any], golden: Mapping[str, Any], *, atol_mm: float
 ) -> Iterator[Difference]:
     """Yield what differs between two records of ``calibration.json``."""
-    yield from _poses("T_base_part", found["T_base_part"], golden["T_base_part"], atol_mm)
+    a, b = (np.asarray(record["T_base_part"], dtype=np.float64) for record in (found, golden))
+    yield from _points("T_base_part origin", a[:3, 3], b[:3, 3], atol_mm)
+    yield from _turned("T_base_part rotation", a[:3, :3], b[:3, :3], atol_mm)
     for name in COMPARED_NUMBERS:
-        off = abs(found[name] - golden[name])
-        if not off <= atol_mm:  # NaN differs from everything
-            yield Difference(name, f"{found[name]:.6f}", f"{golden[name]:.6f}", f"{off:.6f} mm")
-    for name in COMPARED_WORDS:
-        if found.get(name) != golden.get(name):
-            yield Difference(name, str(found.get(name)), str(golden.get(name)))
-    points = {point["name"]: point for point in found["points"]}
-    for point in golden["points"]:
-        mine = points.pop(point["name"], None)
-        if mine is None:
-            yield Difference(f"point {point['name']}", "missing", "there")
+        yield from _numbers(name, found[name], golden[name], atol_mm)
+    yield from _words("", found, golden, COMPARED_WORDS)
+    for where, mine, point in _pairs("point", found["points"], golden["points"]):
+        if mine is None or point is None:
+            yield _only_one(where, mine)
             continue
         for field in ("p_part_mm", "p_base_mm", "residual_mm"):
-            yield from _points(f"point {point['name']} {field}", mine[field], point[field], atol_mm)
-    for name in points:
-        yield Difference(f"point {name}", "there", "missing")
+            yield from _points(f"{where} {field}", mine[field], point[field], atol_mm)
 
 
 def compare_seams(found: Mapping[str, Any], golden: Mapping[str, Any], *, atol_mm: float) -> Iterator[Difference]:
     """Yield what differs between two records of ``seams.json``."""
-    for name in ("frame", "z_sense", "robot_space"):
-        if found[name] != golden[name]:
-            yield Difference(name, str(found[name]), str(golden[name]))
-    mine = {seam["name"]: seam for seam in found["seams"]}
-    for seam in golden["seams"]:
-        other = mine.pop(seam["name"], None)
-        if other is None:
-            yield Difference(f"seam {seam['name']}", "missing", "there")
+    yield from _words("", found, golden, ("frame", "z_sense", "robot_space"))
+    for where, mine, seam in _pairs("seam", found["seams"], golden["seams"]):
+        if mine is None or seam is None:
+            yield _only_one(where, mine)
         else:
-            yield from _one_seam(other, seam, atol_mm)
-    for name in mine:
-        yield Difference(f"seam {name}", "there", "missing")
+            yield from _one_seam(where, mine, seam, atol_mm)
 
 
-def _one_seam(found: Mapping[str, Any], golden: Mapping[str, Any], atol_mm: float) -> Iterator[Difference]:
-    where = f"seam {golden['name']}"
-    for name in ("joint", "weld", "solids", "closed", "accepted", "reachable"):
-        if found[name] != golden[name]:
-            yield Difference(f"{where} {name}", str(found[name]), str(golden[name]))
-    off = abs(found["length_mm"] - golden["length_mm"])
-    if not off <= atol_mm:
-        yield Difference(
-            f"{where} length_mm", f"{found['length_mm']:.6f}", f"{golden['length_mm']:.6f}", f"{off:.6f} mm"
-        )
+def _one_seam(where: str, found: Mapping[str, Any], golden: Mapping[str, Any], atol_mm: float) -> Iterator[Difference]:
+    yield from _words(f"{where} ", found, golden, ("joint", "weld", "solids", "closed", "accepted", "reachable"))
+    yield from _numbers(f"{where} length_mm", found["length_mm"], golden["length_mm"], atol_mm)
     if len(found["frames"]) != len(golden["frames"]):
         yield Difference(f"{where} frames", str(len(found["frames"])), str(len(golden["frames"])))
         return
     for number, (mine, frame) in enumerate(zip(found["frames"], golden["frames"], strict=True)):
         yield from _points(f"{where} frame {number} p_mm", mine["p_mm"], frame["p_mm"], atol_mm)
-        turn = float(np.abs(np.subtract(mine["R"], frame["R"])).max())
-        if not turn * LEVER_MM <= atol_mm:
-            yield Difference(f"{where} frame {number} R", "turned", "", f"{turn:.2e} rad")
+        yield from _turned(f"{where} frame {number} R", mine["R"], frame["R"], atol_mm)
 
 
-def _poses(where: str, found: Any, golden: Any, atol_mm: float) -> Iterator[Difference]:
-    a, b = np.asarray(found, dtype=np.float64), np.asarray(golden, dtype=np.float64)
-    yield from _points(f"{where} origin", a[:3, 3], b[:3, 3], atol_mm)
-    turn = float(np.abs(a[:3, :3] - b[:3, :3]).max())
+Row = Mapping[str, Any]
+
+
+def _pairs(kind: str, found: Iterable[Row], golden: Iterable[Row]) -> Iterator[tuple[str, Row | None, Row | None]]:
+    """Yield rows of one name, or one without the other."""
+    mine = {row["name"]: row for row in found}
+    yield from ((f"{kind} {row['name']}", mine.pop(row["name"], None), row) for row in golden)
+    yield from ((f"{kind} {name}", row, None) for name, row in mine.items())
+
+
+def _only_one(where: str, found: Row | None) -> Difference:
+    return Difference(where, *(("missing", "there") if found is None else ("there", "missing")))
+
+
+def _words(where: str, found: Row, golden: Row, names: Iterable[str]) -> Iterator[Difference]:
+    for name in names:
+        if found.get(name) != golden.get(name):
+            yield Difference(f"{where}{name}", str(found.get(name)), str(golden.get(name)))
+
+
+def _numbers(where: str, found: float, golden: float, atol_mm: float) -> Iterator[Difference]:
+    off = abs(found - golden)
+    if not off <= atol_mm:  # NaN differs from everything
+        yield Difference(where, f"{found:.6f}", f"{golden:.6f}", f"{off:.6f} mm")
+
+
+def _turned(where: str, found: Any, golden: Any, atol_mm: float) -> Iterator[Difference]:
+    turn = float(np.abs(np.subtract(found, golden)).max())
     if not turn * LEVER_MM <= atol_mm:
-        yield Difference(f"{where} rotation", "turned", "", f"{turn:.2e} rad")
+        yield Difference(where, "turned", "", f"{turn:.2e} rad")
 
 
 def _points(where: str, found: Any, golden: Any, atol_mm: float) -> Iterator[Difference]:

@@ -142,7 +142,8 @@ def run_error_study(
         )
         for start in range(0, trials, CHUNK)
     )
-    for start, found in (fitted or _fitted_here)(chunks):
+    here = ((chunk.start, chunk.errors_mm()) for chunk in chunks)
+    for start, found in here if fitted is None else fitted(chunks):
         errors[start : start + len(found)] = found
         done += len(found)
         if progress is not None:
@@ -167,11 +168,6 @@ class Chunk:
         """Fit every trial; return the largest displacement of a reference point, shape (trials,), mm."""
         R, t = fit_trials(self.p, self.taught, self.criterion)
         return np.asarray(distances(self.p, self.true, R, t).max(axis=1))
-
-
-def _fitted_here(chunks: Iterator[Chunk]) -> Iterator[tuple[int, FloatArray]]:
-    for chunk in chunks:
-        yield chunk.start, chunk.errors_mm()
 
 
 def unit_errors(rng: np.random.Generator, shape: tuple[int, int, int], place: ErrorPlace) -> FloatArray:

@@ -14,7 +14,7 @@ from wpcal.cli import progress
 from wpcal.cli.console import plain_console
 from wpcal.cli.progress import PATIENCE_VARIABLE, counted_progress, shown_progress
 from wpcal.cli.streams import PrintableText
-from wpcal.core.printable import printable
+from wpcal.core.wording import printable
 from wpcal.pages.html import build_page
 
 TABLE = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"

@@ -1,15 +1,27 @@
-"""Memory of large parts: how often Python looks for objects that only hold each other, and what is given back."""
+"""What a process asks of the system: threads of its linear algebra, and memory while it makes large results."""
 
 from __future__ import annotations
 
 import ctypes
 import gc
+import os
 import sys
 
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
+)
+"""Environment of a process that computes with one thread. The order of its sums is then fixed, so that machines with
+different numbers of processors write the same bytes. Its matrices are too small to gain from more threads; on a busy
+machine threads that wait for one another cost up to 30 times the processor time."""
 NEW_OBJECTS = 100_000
 """Python's own 700 made it look a thousand times while the records of a large part were made: three quarters of that
 time, and nothing was found."""
 OLDER_ROUNDS = 50  #: Older objects are looked at after so many rounds of the younger ones.
+
+
+def use_one_thread() -> None:
+    """Let this process, and those that it starts, compute with one thread. NumPy must not have been imported yet."""
+    os.environ.update(ONE_THREAD)
 
 
 def collect_rarely() -> None:
