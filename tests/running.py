@@ -1,6 +1,7 @@
 """Two ways to run `wpcal` in a test: in this process, which is quick, and in one of its own, as a user does."""
 
 import io
+import os
 import subprocess
 import sys
 import time
@@ -70,11 +71,19 @@ def run_here(*arguments: Path | str, cwd: Path | None = None) -> Ended:
     raise AssertionError("wpcal did not end by sys.exit")
 
 
+def run_command(
+    *command: Path | str, cwd: Path | None = None, timeout_s: float = TIMEOUT_S, **more: str
+) -> subprocess.CompletedProcess[str]:
+    """Run any command in a new process, whose environment has more variables."""
+    environment = {**os.environ, **more}
+    return subprocess.run(
+        command, capture_output=True, text=True, check=False, cwd=cwd, env=environment, timeout=timeout_s
+    )
+
+
 def run_process(*arguments: Path | str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run a command in a new process: its exit code and its streams are those that a shell sees."""
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=TIMEOUT_S)
-    return _checked(done, arguments, cwd=cwd)
+    return _checked(run_command(sys.executable, "-m", "wpcal", *map(str, arguments), cwd=cwd), arguments, cwd=cwd)
 
 
 def _checked(done: AnyEnded, arguments: Sequence[Path | str], *, cwd: Path | None = None) -> AnyEnded:

@@ -1,9 +1,7 @@
 """`wpcal batch` on real parts: the same bytes as one command for each job, and nothing lost when something breaks."""
 
 import json
-import os
 import shutil
-import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,7 +13,7 @@ from cad.batch.request import NOT_OF_A_JOB
 from cad.batch.summary_check import check_summary, read_summary
 from tests.cad.batch_faults import WPCAL, contents, write_jobs
 from tests.record_checks import check_record
-from tests.running import TIMEOUT_S, kernel_work_here, run_here
+from tests.running import kernel_work_here, run_command, run_here
 
 JOBS, WRAPPED = 8, 2  #: Jobs, and the one with an option that changes the seams of the part.
 CHANGED = {"j0", "j3", "j4", "j5", "summary.jsonl"}
@@ -85,9 +83,7 @@ def test_another_folder_order_of_work_and_surroundings_give_the_same_bytes(folde
     write_jobs(elsewhere, JOBS, wrapped=WRAPPED)
     surroundings = {"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo", "LC_ALL": "C", "OMP_NUM_THREADS": "2"}
     command = [WPCAL, "batch", "jobs.csv", "-o", "whole", "-j", "1", "--report", "all", "--no-cache"]
-    subprocess.run(
-        command, cwd=elsewhere, env={**os.environ, **surroundings}, capture_output=True, check=False, timeout=TIMEOUT_S
-    )
+    run_command(*command, cwd=elsewhere, **surroundings)
     assert contents(elsewhere / "whole") == contents(folder / "whole")
     pages = []
     for place in (folder, elsewhere):

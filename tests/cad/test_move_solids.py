@@ -1,10 +1,8 @@
 """The moved STEP file of a weldment whose bodies moved: every solid where its own motion puts it, and nothing lost."""
 
 import json
-import os
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +18,7 @@ from cad.step.write import write_moved_step
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.calibrate import calibrate_files
 from cad.workpiece.fit_taught import CalibrateOptions
+from tests.running import run_command
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
 from wpcal.core.tangent import exp_rotation
@@ -195,9 +194,7 @@ def test_freecad_reads_every_body_at_its_place(uprights: Path, tmp_path: Path) -
         "JSON_FILE": str(tmp_path / "points.json"),
         "HOME": str(tmp_path),
     }
-    subprocess.run(
-        ["freecadcmd", str(script)], env={**os.environ, **files}, check=True, capture_output=True, timeout=120
-    )
+    run_command("freecadcmd", script, **files)
     found = [np.array(points) for points in json.loads((tmp_path / "points.json").read_text())]
     for own, expected in zip(found, _expected(uprights), strict=True):
         off = np.linalg.norm(own[:, None] - expected[None], axis=2)

@@ -6,7 +6,6 @@ named features of the part, moved by a known pose.
 
 import json
 import runpy
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 import pytest
 
 from tests.few import few
+from tests.running import run_command
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.chain import SAME_POINT_MM
@@ -141,10 +141,7 @@ def test_a_file_that_cannot_be_used_or_has_no_exact_faces_is_one_line(
 )
 def test_a_command_in_processes_of_its_own_says_the_same(wpcal: Command, command: str, name: str) -> None:
     part = shared(name)
-    alone = subprocess.run(
-        [sys.executable, "-m", "wpcal", command, str(part), "--json"],
-        capture_output=True, text=True, check=False, timeout=300,
-    )  # fmt: skip
+    alone = run_command(sys.executable, "-m", "wpcal", command, part, "--json")
     here = wpcal(command, part, "--json")
     assert (alone.returncode, alone.stdout, alone.stderr) == (here.returncode, here.stdout, here.stderr)
 

@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +16,7 @@ from cad.rpc.protocol import ANSWER, method_names, schema_of
 from cad.rpc.warm_answers import MOST_ANSWERS, WarmAnswers
 from cad.workpiece.workpiece import Workpiece
 from tests.rpc_client import RpcClient
-from tests.running import kernel_work_here, run_here
+from tests.running import kernel_work_here, run_command, run_here
 from wpcal.core.progress import no_progress
 
 ROOT = Path(__file__).parents[2]
@@ -293,9 +292,7 @@ def test_the_example_client_does_what_the_page_says(folder: Path) -> None:
     assert "](../examples/rpc_client.py)" in (ROOT / "docs" / "reference" / "rpc.md").read_text(encoding="utf-8")
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     command = [sys.executable, script, "tee.step", "taught.csv", "by-example"]
-    done = subprocess.run(
-        command, cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
-    )
+    done = run_command(*command, cwd=folder, PATH=path)
     assert done.returncode == 0, done.stderr
     assert "PASS" in done.stdout
     assert "finding seams" in done.stderr

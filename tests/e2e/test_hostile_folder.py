@@ -13,7 +13,7 @@ import pytest
 
 from tests.e2e.every_command import COMMANDS, NEEDS_ROBOT, write_inputs
 from tests.few import few
-from tests.running import FINISHED, TIMEOUT_S, run_here
+from tests.running import FINISHED, TIMEOUT_S, run_command, run_here
 from wpcal.cli.main import EXIT_INTERRUPTED
 
 WPCAL = Path(sys.executable).with_name("wpcal")  #: The command as a user calls it.
@@ -169,9 +169,7 @@ def test_fish_finds_its_file_by_its_place(tmp_path: Path, monkeypatch: pytest.Mo
 def test_bash_completes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     installed("bash", tmp_path, monkeypatch)
     words = "source ~/.bashrc; complete -p wpcal"
-    done = subprocess.run(
-        ["bash", "-c", words], env={**os.environ, "HOME": str(tmp_path)}, capture_output=True, text=True, check=False
-    )
+    done = run_command("bash", "-c", words, HOME=str(tmp_path))
     assert "wpcal" in done.stdout, done.stderr
 
 

@@ -4,10 +4,8 @@
 """
 
 import json
-import os
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.running import run_here
+from tests.running import run_command, run_here
 from wpcal.core.records import read_json, to_json
 from wpcal.core.result_files import PART_FILE
 from wpcal.core.schemas import schema, schema_names
@@ -114,8 +112,6 @@ def test_the_bounds_of_all_fields_of_records_are_the_golden_ones(regenerate: boo
 
 def test_regenerating_is_refused_where_ci_is_set() -> None:
     command = [sys.executable, "-m", "pytest", "tests/golden", "--regenerate", "--collect-only", "-q"]
-    done = subprocess.run(
-        command, cwd=ROOT, env={**os.environ, "CI": "1"}, capture_output=True, text=True, check=False, timeout=300
-    )
+    done = run_command(*command, cwd=ROOT, CI="1")
     assert done.returncode == pytest.ExitCode.USAGE_ERROR
     assert "not regenerated where CI is set" in done.stderr + done.stdout

@@ -1,13 +1,12 @@
 """The same input gives the same bytes: in another process, with another hash seed, from another folder."""
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from tests.few import few
+from tests.running import run_command
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 
@@ -20,15 +19,7 @@ def calibrate(name: str, out: Path, hash_seed: str) -> dict[str, bytes]:
 
 
 def run(*arguments: str, out: Path, hash_seed: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "wpcal", *arguments],
-        env={**os.environ, "PYTHONHASHSEED": hash_seed},
-        cwd=out.parent,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    done = run_command(sys.executable, "-m", "wpcal", *arguments, cwd=out.parent, PYTHONHASHSEED=hash_seed)
     assert (done.returncode, done.stderr) == (0, "")
 
 

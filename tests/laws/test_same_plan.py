@@ -1,14 +1,13 @@
 """The same cell and seams give the same plan on every processor: round-off does not choose between equal ways."""
 
 import json
-import os
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 
 from tests.one_robot_cells import TEE, one_robot_record, with_positioner, write_cell
+from tests.running import run_command
 from tests.saddle import CELLS
 from wpcal.core.ladder import cheapest_way
 from wpcal.core.same_bits import arc_tangent, first_least, inverse_pose, product, ranked, sine_cosine, solve
@@ -45,10 +44,7 @@ def test_every_processor_gives_the_same_files(cell, tmp_path):
     for number, processor in enumerate(PROCESSORS):
         out = tmp_path / str(number)
         code = f"from wpcal.cli.main import run; run({['plan', *asked, '-o', str(out)]})"
-        env = {**os.environ, **processor}
-        done = subprocess.run(
-            [sys.executable, "-c", code], check=False, env=env, capture_output=True, text=True, timeout=900
-        )
+        done = run_command(sys.executable, "-c", code, timeout_s=900, **processor)
         assert (out / "plan.json").exists(), done.stderr
         found.append({path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()})
     for processor, files in zip(PROCESSORS, found, strict=True):
@@ -63,10 +59,7 @@ def test_kernels_do_not_change_the_arithmetic_of_a_search():
         "all = [product(A, A), solve(A, A)[0], *sine_cosine(v), arc_tangent(*v)]\n"
         "print(json.dumps([a.tobytes().hex() for a in all]))"
     )
-    texts = [
-        subprocess.run([sys.executable, "-c", code], env={**os.environ, **one}, capture_output=True, check=True).stdout
-        for one in PROCESSORS[1::2]
-    ]
+    texts = [run_command(sys.executable, "-c", code, **one).stdout for one in PROCESSORS[1::2]]
     assert len(json.loads(texts[0])) == 5
     assert texts[0] == texts[1]
 

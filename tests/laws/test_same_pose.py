@@ -1,8 +1,6 @@
 """The same points give the same pose, for every seed, processor, origin and order; least squares resolves ties."""
 
 import json
-import os
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +10,7 @@ import pytest
 from scipy.optimize import minimize
 
 from tests.few import few
+from tests.running import run_command
 from wpcal.calibrate import anneal_pairs
 from wpcal.calibrate.solve.least_squares import distances
 from wpcal.calibrate.solve.minimax import solve_minimax
@@ -202,15 +201,7 @@ def test_every_processor_gives_the_same_pose() -> None:
     )
     base = [annealed(pairs, 1) for pairs in all_sets(3)]
     for kernel in KERNELS:
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            env={**os.environ, "OPENBLAS_CORETYPE": kernel},
-            cwd=FIXTURES.parent,
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=300,
-        )
+        done = run_command(sys.executable, "-c", code, cwd=FIXTURES.parent, OPENBLAS_CORETYPE=kernel)
         for i, (place, kept) in enumerate(zip(json.loads(done.stdout), base, strict=True)):
             np.testing.assert_allclose(place, kept, rtol=0, atol=SAME_PLACE_MM, err_msg=f"set {i}, {kernel}")
 

@@ -1,8 +1,6 @@
 """How commands start: threads, packages of others beside them; and what they say after a signal to end."""
 
-import os
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -10,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.running import TIMEOUT_S
+from tests.running import TIMEOUT_S, run_command
 from wpcal.cli import main
 from wpcal.cli.main import EXIT_INTERRUPTED, EXIT_OUR_FAULT
 
@@ -106,10 +104,7 @@ main.run([])
 
 
 def test_a_command_computes_with_one_thread() -> None:
-    many = {"OPENBLAS_NUM_THREADS": "8", "OMP_NUM_THREADS": "8"}
-    done = subprocess.run(
-        [sys.executable, "-c", SHOWN], env={**os.environ, **many}, capture_output=True, text=True, check=True
-    )
+    done = run_command(sys.executable, "-c", SHOWN, OPENBLAS_NUM_THREADS="8", OMP_NUM_THREADS="8")
     assert done.stdout.split() == ["False", "1", "1"]
 
 
@@ -119,15 +114,8 @@ def test_a_foreign_cad_is_named(tmp_path: Path, file: str) -> None:
     foreign.parent.mkdir(parents=True)
     foreign.write_text("")
     (tmp_path / "empty").mkdir()
-    done = subprocess.run(
-        [Path(sys.executable).with_name("wpcal"), "features", "part.step"],
-        env={**os.environ, "PYTHONPATH": str(tmp_path / "other project")},
-        cwd=tmp_path / "empty",
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=TIMEOUT_S,
-    )
+    wpcal, path = Path(sys.executable).with_name("wpcal"), str(tmp_path / "other project")
+    done = run_command(wpcal, "features", "part.step", cwd=tmp_path / "empty", PYTHONPATH=path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert "another package is called cad and hides the one of wpcal" in done.stderr
     assert str(foreign if file == "cad.py" else foreign.parent) in done.stderr

@@ -1,11 +1,13 @@
 """What is inside material: points of solids with known volumes, and poses of a torch at known places."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.saved_graphs import saved_graph
+from tests.unit.conftest import box_mesh
 from wpcal.brep.material import ExactMaterial, TriangleMaterial, find_solids_around
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.trim import TrimmedFaces
@@ -28,10 +30,8 @@ def exact(name: str) -> ExactMaterial:
 
 
 def box_of_triangles(name: str, half: FloatArray, R: FloatArray) -> SolidMesh:
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
-    return SolidMesh(name, corners @ R.T, triangles, np.zeros((0, 2), dtype=np.int64))
+    box = box_mesh(name, -half, half)
+    return replace(box, points=box.points @ R.T)
 
 
 def test_points_in_a_box_of_triangles_are_those_within_its_slabs() -> None:

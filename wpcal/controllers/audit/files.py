@@ -226,11 +226,8 @@ class _Audit:
         is_corrected = RobotSpace.parse(finished.calibration["robot_space"]) is RobotSpace.IDENTIFIED
         if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
-        lines = tuple(
-            Line.dense(seam.name, seam.frames.p, seam.frames.R, back_mm=seam.more_wire_mm)
-            for seam in finished.seams
-            if not is_corrected
-        )
+        seams = () if is_corrected else finished.seams
+        lines = tuple(Line.dense(each.name, each.frames.p, each.frames.R, back_mm=each.more_wire_mm) for each in seams)
         torch = self.around.torch if self.around.torch != USUAL_TORCH else finished.torch or USUAL_TORCH
         return replace(
             self.around, torch=torch, T_base_part=finished.T_base_part, part=part, start_mm=start, lines=lines
@@ -250,8 +247,8 @@ class _Audit:
         more_mm = max((each.seam.more_wire_mm for each in given.seams), default=0.0)
         in_cell = CellSweep.of(cell, given.part, states, along, more_mm)
         T_base_part, _ = given.in_base(cell)
-        names = [each["seam"] for each in kept.record["seams"]]
-        lines = tuple(planned_line(name, cell, q) for name, q in zip(names, along, strict=True))
+        rows = zip(kept.record["seams"], along, strict=True)
+        lines = tuple(planned_line(each["seam"], cell, q) for each, q in rows)
         return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, lines=lines)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.off_line import Line, off_line_faults, tools_in_part
+from wpcal.controllers.audit.off_line import Line, Placed, off_line_faults, tools_in_part
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
@@ -109,10 +109,9 @@ def executed_faults(trace: Trace, around: Surroundings) -> Iterator[tuple[str, F
         yield motion.place.file, Fault(what, motion.place.line, code=code)
     for meeting in () if around.in_cell is None else around.in_cell.meetings(trace.motions):
         yield meeting.motion.place.file, Fault(meeting.what, meeting.motion.place.line, code=ErrorCode.POSE_IN_MATERIAL)
-    if around.in_cell is None:
-        placed = [(motion, _wires(motion, around)) for motion, _ in goals]
-    else:
-        placed = list(tools_in_part(around.in_cell.cell, around.in_cell.legs(trace.motions)))
+    placed: Iterator[Placed] = ((motion, _wires(motion, around)) for motion, _ in goals)
+    if around.in_cell is not None:
+        placed = tools_in_part(around.in_cell.cell, around.in_cell.legs(trace.motions))
     for motion, what in off_line_faults(placed, around.lines or ()):
         yield motion.place.file, Fault(what, motion.place.line, code=ErrorCode.INPUT)
 

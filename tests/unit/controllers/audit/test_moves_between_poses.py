@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from tests.unit.conftest import CONFIGURATIONS, box_mesh
 from wpcal.brep.material import TriangleMaterial
-from wpcal.brep.mesh import PartMesh, SolidMesh
+from wpcal.brep.mesh import PartMesh
 from wpcal.controllers.audit.programs import Surroundings, executed, executed_faults
 from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.few_moves import fit_program
@@ -14,18 +15,12 @@ from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.moves import Arc
 
 WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as", "pdl2")
-CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
 T = RigidTransform.identity(target="base", source="part")
-CORNERS = np.array([[x, y, z] for x in (-2, 2) for y in (-2, 2) for z in (0, 1)], dtype=float)
-TRIANGLES = np.array(
-    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
-     [1, 5, 7], [1, 7, 3]]
-)  # fmt: skip
 
 
 def post_at(place, low=2.0, high=60.0):
-    corners = CORNERS * [1, 1, high - low] + [*place, low]
-    return TriangleMaterial.of(PartMesh((SolidMesh("post", corners, TRIANGLES, np.zeros((0, 2), int)),), 0.01, 0.5), T)
+    post = box_mesh("post", [*np.subtract(place, 2.0), low], [*np.add(place, 2.0), high])
+    return TriangleMaterial.of(PartMesh((post,), 0.01, 0.5), T)
 
 
 def half_circle(t):
