@@ -142,9 +142,9 @@ def test_a_name_cannot_break_out_of_its_comment(make_program):
 
 
 def test_an_output_switches_the_arc_or_routines_of_the_user(make_program):
-    (text,) = write_pdl2(make_program(n=5, arc=ArcSettings(output=4))).values()
-    assert "$DOUT[4] switches the arc" in text
-    assert text.index("  $DOUT[4] := TRUE") < text.index("TO W1_0002") < text.index("  $DOUT[4] := FALSE")
+    (text,) = write_pdl2(make_program(n=5, arc=ArcSettings(output=0))).values()
+    assert "$DOUT[0] switches the arc" in text
+    assert text.index("  $DOUT[0] := TRUE") < text.index("TO W1_0002") < text.index("  $DOUT[0] := FALSE")
     assert "EXPORTED FROM" not in text
     (text,) = write_pdl2(make_program(n=5, arc=ArcSettings())).values()
     assert "ROUTINE arc_start(job : INTEGER) EXPORTED FROM wp_arc" in text

@@ -108,8 +108,8 @@ def test_as_states_the_axes_of_a_positioner_behind_those_of_the_arm(turned):
 
 def test_with_the_arc_on_all_three_start_and_end_it(fixed):
     _cell, program = fixed
-    program = dataclasses.replace(program, arc=ArcSettings(output=3))
-    for name, on in (("urscript", "set_standard_digital_out(3, True)"), ("val3", "doArc=true")):
+    program = dataclasses.replace(program, arc=ArcSettings(output=0))
+    for name, on in (("urscript", "set_standard_digital_out(0, True)"), ("val3", "doArc=true")):
         assert "".join(written(program, name).values()).count(on) == len(SEAMS)
 
 
