@@ -35,6 +35,7 @@ from wpcal.seam.judge.way_out import find_closed_in
 from wpcal.seam.member.member import Decomposition, Member, MemberKind
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.one_piece import why_one_piece
+from wpcal.seam.seam import SeamSource
 from wpcal.seam.search import find_part_seams
 
 ALONG = (Align.CENTER, Align.CENTER, Align.MIN)
@@ -83,6 +84,13 @@ def test_angles_with_battens_across_them_are_welded_at_the_battens_only(root: fl
     body = sum(battens, angle + Pos(300, 0, 0) * angle.mirror(Plane.YZ))
     lengths = [seam.length_mm for seam in fused_seams(body) if seam.accepted]
     assert sum(lengths) > 1000 > 10 * max(lengths)
+
+
+def test_a_mitred_frame_of_angles_is_welded_at_its_corners_only() -> None:
+    frame = Box(600, 400, 40, align=ALONG) - Pos(0, 0, 4) * Box(592, 392, 40, align=ALONG) - Box(520, 320, 40)
+    mitres = [seam for seam in fused_seams(frame) if seam.accepted]
+    assert sum(seam.length_mm for seam in mitres if seam.source is SeamSource.MITRE) == pytest.approx(160.0)
+    assert max(seam.length_mm for seam in mitres) == pytest.approx(40.0)
 
 
 def test_members_of_a_column_are_a_profile_and_a_plate() -> None:

@@ -24,7 +24,6 @@ from wpcal.seam.find.inner_joints import with_inner_joints
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.line_contacts import find_line_gaps, with_line_contacts
 from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
-from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps, find_slits
 from wpcal.seam.find.strips import drawn_beads, find_strips
@@ -37,6 +36,7 @@ from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.limits import WIDE_GAPS
+from wpcal.seam.member.mitred import find_mitres
 from wpcal.seam.member.one_piece import are_welded_corners, are_weldments
 from wpcal.seam.member.said import said_about
 from wpcal.seam.options import ConcaveEdges, SeamOptions
@@ -210,7 +210,7 @@ def _inside_solids(
         own = are_welded_corners(graph, trimmed, wall, base, gap_mm)
         own |= said_about(graph, trimmed, options.judging).are_joints(wall, base)
     searched = np.isin(np.arange(len(graph.solid_names)), solids)
-    mitres = find_mitres(graph, trimmed, searched)
+    mitres = find_mitres(graph, trimmed, solids)
     left_out = mitres.pieces.edge
     if marked is not None:
         mitres = mitres.select(np.flatnonzero(~np.isin(mitres.pieces.edge, marked.edge)))

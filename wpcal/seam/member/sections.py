@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.core.arrays import IntArray
 from wpcal.seam.find.built_up import FLATTEST
@@ -121,7 +122,7 @@ def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> b
         return bool(shared or toes.any())
     if not (shared or (len(pairs) == 2 and _is_zed(graph, pairs)) or _looks_four_ways(graph, pairs)):
         return False
-    return all(_ends_with(other, stretch, set(web.tolist())) for other in others if other is not stretch)
+    return _end_with(graph, [one for one in others if one is not stretch], stretch, set(web.tolist()))
 
 
 def _is_crossed(graph: BrepGraph, other: Prism, stretch: Prism, others: tuple[Prism, ...]) -> bool:
@@ -137,6 +138,13 @@ def _is_crossed(graph: BrepGraph, other: Prism, stretch: Prism, others: tuple[Pr
     return not other.contour.roots or _is_rolled(graph, other, others)
 
 
+def _end_with(graph: BrepGraph, others: list[Prism], stretch: Prism, web: set[int]) -> bool:
+    """Tell whether the sides of a stretch end with it; those of a mitred one go on by its height at either end."""
+    rest = [other for other in others if not _ends_with(other, stretch, web)]
+    most_mm = _mitred_ends(graph, stretch) * stretch.sides_mm[1] + ON_MM if rest else 0.0
+    return all(_outside_mm(other, stretch) <= most_mm for other in rest)
+
+
 def _ends_with(other: Prism, stretch: Prism, web: set[int]) -> bool:
     """Tell whether sides that a stretch shares with another one, more than one, end where the stretch ends.
 
@@ -145,8 +153,28 @@ def _ends_with(other: Prism, stretch: Prism, web: set[int]) -> bool:
     both = other.faces & stretch.faces
     if other.way is not stretch.way or len(both) < 2 or stretch.roots <= other.roots:
         return True
-    outside = max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
-    return min(outside, other.length_mm) / (COPED if both <= web else ENDS_TOGETHER) <= stretch.length_mm
+    outside = min(_outside_mm(other, stretch), other.length_mm)
+    return outside / (COPED if both <= web else ENDS_TOGETHER) <= stretch.length_mm
+
+
+def _outside_mm(other: Prism, stretch: Prism) -> float:
+    """Return how far another stretch along the same direction goes on beyond both ends of a stretch."""
+    return max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
+
+
+def _mitred_ends(graph: BrepGraph, stretch: Prism) -> int:
+    """Return at how many ends all roots of a stretch run into other inner corners, as those of a mitred frame do."""
+    pairs = np.sort(graph.edge_faces, axis=1)
+    root = np.isin(pairs[:, 0] * graph.face_count + pairs[:, 1], [a * graph.face_count + b for a, b in stretch.roots])
+    edges = np.flatnonzero(root & (graph.edge_faces >= 0).all(axis=1))
+    if len(edges) == 0:
+        return 0
+    inner = inner_edges(graph, np.arange(len(graph.solid_names)) == graph.edge_solid[edges[0]])
+    met = np.unique(graph.edge_vertices[np.setdiff1d(inner[are_concave(graph, inner)], edges)])
+    ends = graph.edge_vertices[edges]
+    height = graph.vertex_p[ends] @ stretch.way
+    middle = (stretch.low + stretch.high) / 2
+    return sum(bool(np.isin(ends[far(height, middle)], met).all()) for far in (np.less, np.greater))
 
 
 def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
