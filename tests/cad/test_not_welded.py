@@ -80,6 +80,22 @@ def continued(wide: float, out: float) -> Solids:
     return {"S1": Box(200, 120, 4, align=LOW), "S2": Pos(100 + out / 2, 0, 0) * Box(out, wide, 4, align=LOW)}
 
 
+def hinge() -> Solids:
+    """Return two leaves with bored knuckles in turn."""
+    leaves = [Pos(-33 * way, 0, 0) * Box(40, 18, 90, align=LOW) for way in (1, -1)]
+    for k in range(3):
+        arm = Pos(-10 if k % 2 == 0 else 10, 0, 30 * k) * Box(20, 18, 30, align=LOW)
+        leaves[k % 2] += [tube(9, 4, 30 * k, 30 * k + 30), arm]
+    return {"S1": leaves[0] - Cylinder(4, 300), "S2": leaves[1] - Cylinder(4, 300)}
+
+
+def lid(wall_mm: float) -> Solids:
+    """Return a case with small ribs of one wall in it, and a lid on it."""
+    case = Box(110, 70, 40, align=LOW) - Pos(0, 0, wall_mm) * Box(110 - 2 * wall_mm, 70 - 2 * wall_mm, 40, align=LOW)
+    case += [Pos(x, 0, 0) * Box(wall_mm, 14, 14, align=LOW) for x in (-30, -10, 10, 30)]
+    return {"S1": case, "S2": Pos(0, 0, 40) * Box(110, 70, wall_mm, align=LOW)}
+
+
 def lip(mm: float) -> Solids:
     return {"S1": BASE, "S2": Box(90, mm, mm, align=LOW)}
 
@@ -119,9 +135,11 @@ def found(solids: Solids, **judging: Any) -> tuple[float, set[str], tuple[Seam, 
         (lambda: wheel(Torus(100, 20)), Rule.ROLLING, lambda: wheel(Cylinder(101, 40))),
         (lambda: lip(4), Rule.TOO_THIN, lambda: lip(12)),
         (lambda: continued(33, 12), Rule.CUT_IN_ONE, lambda: continued(120, 80)),
+        (hinge, Rule.LINED_UP, lambda: rings(*HUB)),
+        (lambda: lid(2), Rule.ONE_PIECE, lambda: lid(5)),
         (lambda: collared(closed=True), Rule.ONE_PIECE, lambda: collared(closed=False)),
     ],
-    ids=["pane", "bearing", "table", "terminal", "wheel", "lip", "tab", "cup"],
+    ids=["pane", "bearing", "table", "terminal", "wheel", "lip", "tab", "hinge", "lid", "cup"],
 )
 def test_what_is_not_welded_is_told_by_its_shape(solids: Made, rule: Rule, welded: Made) -> None:
     taken_mm, rules, _ = found(solids())

@@ -138,6 +138,13 @@ def pocketed(pocket_mm: float) -> Any:
     return plate - Pos(-50, 0, 25 - pocket_mm) * pocket - Pos(-50, 0, 0) * Cylinder(6, 60)
 
 
+def islands() -> Any:
+    """Return a block with a pocket that round corners show to be milled, and what the cutter left in it."""
+    pocket = fillet(Box(106, 66, 30, align=LOW).edges().filter_by(Axis.Z), 8)
+    block = Box(130, 90, 35, align=LOW) - Pos(0, 0, 12) * pocket + Pos(26, 11, 0) * Cylinder(12, 28, align=LOW)
+    return block + Pos(-26, 0, 0) * fillet(Box(24, 30, 28, align=LOW).edges().filter_by(Axis.Z), 6)
+
+
 def stepped() -> Any:
     """Return a block with a slot along it and a step along one end."""
     step, slot = Box(61, 240, 20, align=LOW), Box(300, 48, 18.6)
@@ -159,6 +166,7 @@ def small_tee(scale: float, rib_mm: float = 4) -> Any:
         (lambda: ring_with_floor(150), None),
         (lambda: pocketed(10), "it is a plate with a pocket in it: it looks milled or printed"),
         (lambda: pocketed(30), None),  # a hole through it
+        (islands, "it is a plate with a pocket in it: it looks milled or printed"),
         (stepped, "it is one plate with steps or pads: it looks milled or printed"),
         (lambda: small_tee(0.5), "it is 167 mm long with a wall of 2.0 mm: it looks moulded or printed"),
         (lambda: small_tee(0.7), None),

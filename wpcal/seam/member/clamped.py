@@ -6,8 +6,8 @@ stays welded to the plate on which it stands.
 """
 
 from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -32,6 +32,7 @@ BESIDE_MM = 1.0  #: A seam is in a plane if it is this near to it: exporters rou
 MOST_OF_SEAM = 0.9  #: Share of the stations of a seam that must be in the plane.
 LONGEST_SLOT_MM = 100.0  #: Between the axes of the two ends of a slot for a bolt; a longer one is an opening.
 APART = 0.9  #: The ends of a slot bulge along it, away from each other: cosine.
+HINGED = 2  #: Bosses of two members that meet so often along one axis are the knuckles of a hinge.
 PIECES_OF_ARC = 4  #: Points on each piece of boundary that are sorted into sectors.
 
 
@@ -199,7 +200,7 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
     """Find the places at which bolts, or holes for them, hold two members together.
 
     Returns: Those of bolts first. A bolt holds the members that it goes through, and those on which its head, its nuts
-    and its washers lie. Holes of which one is the bore of a ring, a boss or a pipe do not count.
+    and its washers lie. Of bores of rings, bosses and pipes only those of the knuckles of hinges count.
     """
     held: dict[int, set[int]] = defaultdict(set)
     for fastener in fasteners.values():
@@ -209,13 +210,25 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
         bolt = fasteners[pin]
         pairs = combinations(sorted(members), 2)
         clamps += [Clamp(pair, bolt.o, bolt.z, bolt.low, bolt.high, 1, 0, 0) for pair in pairs]
+    return (*clamps, *_holes_in_line(holes, fasteners))
+
+
+def _holes_in_line(holes: Holes, fasteners: Mapping[int, Fastener]) -> Iterator[Clamp]:
+    """Yield where the holes of two members meet on one axis, and the knuckles of hinges."""
+    knuckles: dict[tuple[object, ...], list[Clamp]] = defaultdict(list)
     for a, b in _coaxial(holes):
-        pair = (int(min(holes.solid[a], holes.solid[b])), int(max(holes.solid[a], holes.solid[b])))
-        meets = _meeting(holes, a, b)
-        if meets is not None and not {*pair} & fasteners.keys() and not (holes.is_boss[a] or holes.is_boss[b]):
-            far = _has_far_wall(holes, a) + _has_far_wall(holes, b)
-            clamps.append(Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, 1, far))
-    return tuple(clamps)
+        pair, meets = tuple(sorted(holes.solid[[a, b]].tolist())), _meeting(holes, a, b)
+        if meets is None or {*pair} & fasteners.keys():
+            continue
+        bosses = int(holes.is_boss[a]) + int(holes.is_boss[b])
+        clamp = Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, max(bosses, 1), 0)
+        if bosses == HINGED:
+            axis = tuple(np.round(np.append(holes.o[a], holes.z[a]) / COAXIAL_MM / 4).tolist())
+            knuckles[pair, axis].append(clamp)
+        elif bosses == 0:
+            yield replace(clamp, far_walls=_has_far_wall(holes, a) + _has_far_wall(holes, b))
+    for hinge in knuckles.values():
+        yield from hinge if len(hinge) >= HINGED else ()
 
 
 def _has_far_wall(holes: Holes, row: int) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from wpcal.brep.concavity import are_concave, corner_turns, inner_edges
+from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis, square_to
 from wpcal.brep.trim import TrimmedFaces
@@ -35,6 +36,7 @@ BEVEL_COS, BEVELLED = -0.985, 0.25
 LUG = 0.5  #: A lug is thinner than this share of its width.
 LEAST_OF_SIDE = 0.05  #: Behind so much of the side of a lug there is its thickness.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
+WIDEST_RIM = 1.5  #: A round outline of a formed sheet is narrower than this, in thicknesses: it may be cut aslant.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
 
 
@@ -311,9 +313,17 @@ def _sheets(graph: BrepGraph, smooth: IntArray, surface: Surface) -> Iterator[tu
                 wide, thick = float(np.sqrt(on.sum() * surface.mm2)), np.quantile(surface.thick[on], (0.1, 0.9))
                 changes = ruled and np.ptp(thick) > SAME_THICKNESS * t
                 if (on & own).any() and (changes or not bevelled) and t <= flattest * wide:
-                    rims = np.isin(surface.face, list(_beside(graph, faces))) & ~surface.flat
+                    rims = np.isin(surface.face, list(_beside(graph, faces)))
+                    rims &= ~surface.flat | (curved & _are_narrow(graph, surface, WIDEST_RIM * t))
                     section = np.array([t, wide])
                     yield Member(MemberKind.SHEET, faces, np.zeros(3), section, t, wide * ruled), on | rims
+
+
+def _are_narrow(graph: BrepGraph, surface: Surface, most_mm: float) -> BoolArray:
+    """Tell which points are on faces narrower than this, shape (n,): their area over half of their outline."""
+    around = np.bincount(np.maximum(graph.edge_faces, 0).ravel(), np.repeat(edge_lengths(graph), 2), graph.face_count)
+    area = np.bincount(surface.face, minlength=graph.face_count) * surface.mm2
+    return np.asarray((2.0 * area <= most_mm * around)[surface.face], dtype=bool)
 
 
 def _is_ruled(graph: BrepGraph, faces: frozenset[int]) -> bool:

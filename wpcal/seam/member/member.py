@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from itertools import combinations, permutations
+from itertools import combinations
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP
 from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.limits import FLUSH_MM
-from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
+from wpcal.seam.member.heavy_bars import HEAVY_KG_M, SLAB_MM, SLAB_MM2, STEEL_KG_M_MM2
 
 ON_MM, ON_COS = 0.02, 0.999
 """A point is on a plane, or in a slab, within this; normals are parallel within 2.6 degrees."""
@@ -78,6 +78,11 @@ class Member:
         return is_board and self.section[0] >= SLAB_MM and self.section[1] * self.length_mm >= SLAB_MM2
 
     @property
+    def is_beam(self) -> bool:
+        """Tell whether it is as thick both ways as a solid bar of which nobody builds a frame of steel."""
+        return not self.is_slender and self.thickness_mm**2 * STEEL_KG_M_MM2 >= HEAVY_KG_M
+
+    @property
     def is_stout(self) -> bool:
         """Tell whether it is a bar about as thick as it is long."""
         is_thin = self.thickness_mm <= FLATTEST * np.sqrt(self.length_mm * self.section[1])
@@ -85,9 +90,9 @@ class Member:
 
     @property
     def is_hollow(self) -> bool:
-        """Tell whether it is a round tube, a rolled section or a bent plate: nobody makes such things of wood."""
+        """Tell whether it is a tube, a rolled section, a bent plate or a ring: nobody makes such things of wood."""
         is_tube = self.kind is MemberKind.ROUND and self.thickness_mm < self.section[0]
-        return self.kind is MemberKind.PROFILE or is_tube or (self.kind is MemberKind.SHEET and self.is_slender)
+        return self.kind in (MemberKind.PROFILE, MemberKind.SHEET) or is_tube
 
     @property
     def is_slender(self) -> bool:
@@ -147,36 +152,22 @@ class Decomposition:
         return max(self.thick_mm, default=0.0) * (1.0 - ONE_WALL) <= min(self.thick_mm, default=0.0)
 
     @property
-    def are_two_plates(self) -> bool:
-        """Tell whether there are two plates of two thicknesses, without a common side, and nothing else."""
-        is_pair = len(self.members) == 2 and all(one.kind in FLAT for one in self.members) and not self.is_of_one_wall
-        return is_pair and self.share >= NOTHING_ELSE and not self.members[0].faces & self.members[1].faces
+    def are_plates(self) -> bool:
+        """Tell whether there are only plates and bars, not all of one thickness, none with a side of another one."""
+        if self.is_of_one_wall or self.share < NOTHING_ELSE or any(one.kind not in FLAT for one in self.members):
+            return False
+        return not any(one.faces & other.faces for one, other in combinations(self.members, 2))
 
     @property
     def is_stepped_plate(self) -> bool:
         """Tell whether there are only parallel plates, two with a side in common, or plates and bars on one face."""
-        if not self._plates:
-            return False
-        if self.are_parallel_plates:
-            return any(one.faces & other.faces for one, other in combinations(self.members, 2))
-        most = max(self._plates, key=lambda one: one.thickness_mm)
-        is_flat = all(one.kind in (MemberKind.PLATE, MemberKind.BAR) and one.is_as_thin(most) for one in self.members)
+        plates = [one for one in self.members if one.kind is MemberKind.PLATE]
+        if not plates or self.are_parallel_plates:
+            return any(one.faces & other.faces for one, other in combinations(plates, 2))
+        most = max(plates, key=lambda one: one.thickness_mm)
+        is_flat = all(one.kind in FLAT and one.is_as_thin(most) for one in self.members)
         on_one_face = frozenset.intersection(*(one.faces for one in self.members))
-        return is_flat and bool(on_one_face) and any(not most.is_as_thin(one) for one in self.members)
-
-    @property
-    def _plates(self) -> list[Member]:
-        return [one for one in self.members if one.kind is MemberKind.PLATE]
-
-    @property
-    def floors(self) -> frozenset[int]:
-        """Return the sides that plates have below those of a thicker parallel one, their other sides on one face."""
-        pairs = [
-            (one, most)
-            for one, most in permutations(self._plates, 2)
-            if one.faces & most.faces and abs(one.axis @ most.axis) > ON_COS and not most.is_as_thin(one)
-        ]
-        return frozenset().union(*(one.faces - most.faces for one, most in pairs))
+        return is_flat and bool(on_one_face) and most.thickness_mm > min(self.thick_mm) + FLUSH_MM
 
     @property
     def is_pocket(self) -> bool:

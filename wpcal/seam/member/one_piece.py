@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wpcal.brep.boxes import BoxTree
+from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis
@@ -56,6 +57,7 @@ DETAIL = 0.3  #: A solid is small if its box has less than this share of the dia
 DRAWN_APART, MOST_ASKED = 4, 40
 """So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
 MOST_TOLD = 3  #: Most solids that are told of.
+LEAST_FLOOR = 0.05  #: The floor of a pocket is at least this share of the surface of a solid: others are seats.
 LEAST_WALLS = 3  #: Of a pocket in a plate: what has fewer is the seat of a screw.
 VESSEL_WALL = 0.03  #: A vessel that was drawn or blown has a wall thinner than this share of its width.
 SAME_LENGTH_MM = 0.01
@@ -93,7 +95,7 @@ class OnePieces:
         if why is None and (share := built_up_share(self.graph, self.trimmed, solid)) < LEAST_TOUCHED:
             words = "of its surface is on plates, bars or tubes: it looks cast, moulded or milled"
             return f"several members explain it, but only {share:.0%} {words}"
-        return why
+        return why or _why_small(self.graph, self.trimmed, solid)
 
     def _is_turned(self, solid: int) -> bool:
         """Tell whether nearly the whole surface is round about one axis, holes and keyways left out."""
@@ -163,10 +165,14 @@ def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str
 
 def _why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     found = members_of(graph, trimmed, solid)
-    slab = next((one for one in found.members if one.is_slab), None)
+    slab, bars = (
+        next((one for one in found.members if one.is_slab), None),
+        [one for one in found.members if one.is_beam],
+    )
     if slab is None or found.is_box or any(one.thickness_mm < THIN_MM or one.is_hollow for one in found.members):
         return None
-    return f"it has a slab {slab.thickness_mm:.0f} mm thick, and nothing under {THIN_MM:g} mm: it looks like timber"
+    words = f"it has a slab {slab.thickness_mm:.0f} mm thick, heavy bars, and nothing under {THIN_MM:g} mm"
+    return f"{words}: it looks like timber" if bars else None
 
 
 def _why_pressed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
@@ -199,13 +205,34 @@ def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     if found.is_pocket:
         return "it is a low ring with a floor in it: its pocket looks milled or printed"
     corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid)]
-    if any(_is_enclosed(graph, face, corners) for face in found.floors):
+    if any(_is_enclosed(graph, face, corners) for face in _milled_floors(graph, trimmed, solid)):
         return "it is a plate with a pocket in it: it looks milled or printed"
     corners = [faces for faces in corners if not found.is_inside(*faces)]
     is_flat = all(one.kind in FLAT for one in found.members)
     is_joint = any(found.is_joint(*faces) for faces in corners)
     words = "none of its inner corners is between two of its members: it looks milled or printed"
     return words if is_flat and corners and not is_joint else None
+
+
+def _milled_floors(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
+    """Return large planes beside hollow rounds across them behind which nothing bulges: an end mill left them."""
+    kinds, outward, axes = graph.face_kind, graph.face_outward, graph.face_frame[:, 3]
+    own = (graph.face_solid == solid) & (kinds == SurfaceKind.CYLINDER)
+    bulging = np.flatnonzero(own & (outward > 0))
+    inner = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
+    left, right = graph.edge_faces[inner[are_concave(graph, inner)]].T
+    wall, floor = np.concatenate([left, right]), np.concatenate([right, left])
+    meets = (own & (outward < 0))[wall] & (kinds == SurfaceKind.PLANE)[floor]
+    meets &= np.abs(np.einsum("ki,ki->k", axes[wall], axes[floor])) > ON_COS
+    share = np.bincount(sampled_surface(graph, trimmed, solid).face, minlength=graph.face_count)
+    meets &= (share >= LEAST_FLOOR * share.sum())[floor]
+    return frozenset(
+        plane
+        for face, plane in zip(wall[meets].tolist(), floor[meets].tolist(), strict=True)
+        if (
+            off_axis(graph.face_frame[bulging, 0], graph.face_frame[face, 0], axes[face]) > graph.face_param[face, 0]
+        ).all()
+    )
 
 
 def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
@@ -218,7 +245,7 @@ def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
 
 def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     size, found = float(np.linalg.norm(trimmed.solid_sides_mm[solid])), members_of(graph, trimmed, solid)
-    thin = TINY_WALL_MM if found.are_two_plates else min(found.thick_mm, default=TINY_WALL_MM)
+    thin = TINY_WALL_MM if found.are_plates else min(found.thick_mm, default=TINY_WALL_MM)
     words = f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed"
     return words if size < TINY_MM and thin < TINY_WALL_MM else None
 
@@ -226,7 +253,7 @@ def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None
 CAST = (_why_turned, _why_unexplained, _why_timber)
 """Reasons why a solid is not built up, as they are asked."""
 FORMED = (_why_pressed, _why_small, _why_milled, _why_tiny)
-"""Reasons why its own corners are no welds. It may be welded to others: a milled plate is a member."""
+"""Reasons why its own corners are no welds. A milled plate is a member of others, a case of small walls is not."""
 
 
 def are_welded_corners(
@@ -357,13 +384,12 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
     solids, counts = np.unique(solid_of, return_counts=True)
     most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
     pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
-    asked = [(solid, count, _why_none_is_welded(graph, trimmed, solid)) for solid, count in pairs]
-    return [(solid, count, why) for solid, count, why in asked if why is not None]
-
-
-def _why_none_is_welded(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    screwed = None if _inner_corners(graph, trimmed, solid) else "those that may be welds are round bolts or screws"
-    return why_one_piece(graph, trimmed, solid) or _why_formed(graph, trimmed, solid) or screwed
+    found = []
+    for solid, count in pairs:
+        screwed = "" if _inner_corners(graph, trimmed, solid) else "those that may be welds are round bolts or screws"
+        why = why_one_piece(graph, trimmed, solid) or _why_formed(graph, trimmed, solid) or screwed
+        found += [(solid, count, why)] if why else []
+    return found
 
 
 def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:
