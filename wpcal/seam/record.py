@@ -19,7 +19,7 @@ from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.frame_records import frame_records, frames_from_records, leans_from_records
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import Finding, FlareGroove, Hiding, JointType, OtherTorch, Seam, SeamPieces, SeamSource, WeldType
-from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
+from wpcal.seam.seam_edit import Candidate, SeamEdit
 
 if TYPE_CHECKING:
     from wpcal.seam.member.note import MemberNotes
@@ -116,13 +116,11 @@ def _edit_record(edit: SeamEdit) -> dict[str, Any]:
     if edit.other_side:
         record["other_side"] = True
     if edit.join:
-        record["join"] = [_stretch_record(stretch) for stretch in edit.join]
+        record["join"] = [
+            {"candidate": _candidate_record(one.candidate)} | ({"range_mm": list(one.range_mm)} if one.range_mm else {})
+            for one in edit.join
+        ]
     return record
-
-
-def _stretch_record(stretch: JoinedStretch) -> dict[str, Any]:
-    part = {} if stretch.range_mm is None else {"range_mm": list(stretch.range_mm)}
-    return {"candidate": _candidate_record(stretch.candidate), **part}
 
 
 def _findings_from_record(seam: dict[str, Any]) -> tuple[Finding, ...]:

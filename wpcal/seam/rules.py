@@ -114,10 +114,15 @@ class Rule(Enum):
     )
     ROLLED = RuleRow(
         0.2,
-        "Concave edge or round: it is inside one member (rolled profile, bent sheet, outline of a plate), or the "
-        "corner of a cut.",
-        "The root of a rolled profile is not a weld, nor is the corner of a cut.",
+        "Concave edge or round: it is inside one member (rolled profile, bent sheet, outline of a plate).",
+        "The root of a rolled profile is not a weld.",
         "shape: the members into which the solid is taken apart",
+    )
+    CUT = RuleRow(
+        0.2,
+        "Concave edge or round: it is the corner of a notch, a slot or a coped end.",
+        "What cut the wall left it.",
+        "shape: it runs across a wall, and no other inner corner meets it",
     )
     SMALLER_THAN_NOZZLE = RuleRow(
         0.3,
@@ -173,8 +178,8 @@ class Rule(Enum):
     )
     LINED_UP = RuleRow(
         0.45,
-        "Two or more holes or slots of both members line up where they touch, or one goes on through the far wall of a "
-        "tube.",
+        "Two or more holes or slots of both members line up where they touch, one goes on through the far wall of a "
+        "tube, or both have knuckles of a hinge in turn.",
         "They are for bolts that are not in the file; pads with holes are welded now and then.",
         "shape: same axis, similar diameter, both open in the plane of the seam",
     )
@@ -255,12 +260,6 @@ class Rule(Enum):
         "The run goes across the end of a plate, beside a long seam along it.",
         "Nobody strikes an arc only for that: the end is a wrap of the long seam (`--wrap`), or stays open.",
         "shape: the plate behind the long seam is as thick as the run is long",
-    )
-    PIN_IN_HOLE = RuleRow(
-        0.8,
-        "A round member is in a hole of the same size, and is not a tube that is longer than it is wide.",
-        "It may be pressed in, or turn there.",
-        "shape",
     )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,

@@ -65,15 +65,12 @@ def find_short_ends(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sea
 def with_short_ends(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], level: Level) -> list[Seam]:
     """Return named seams of which those across the end of a plate say whose wraps they are (`Seam.wrap_of`)."""
     owner = find_short_ends(graph, trimmed, seams)
-    return [
-        seam if row < 0 else _as_wrap(seam, seams[row].name, level)
-        for seam, row in zip(seams, owner.tolist(), strict=True)
-    ]
-
-
-def _as_wrap(seam: Seam, of: str, level: Level) -> Seam:
-    words = f"the short end of {of}: welded with it (--wrap), or left open"
-    return weighed(replace(seam, wrap_of=of), (*seam.findings, Rule.SHORT_END.found(words)), level)
+    told = list(seams)
+    for row in np.flatnonzero(owner >= 0).tolist():
+        seam, of = seams[row], seams[owner[row]].name
+        words = f"the short end of {of}: welded with it (--wrap), or left open"
+        told[row] = weighed(replace(seam, wrap_of=of), (*seam.findings, Rule.SHORT_END.found(words)), level)
+    return told
 
 
 def _pairs(seams: Sequence[Seam]) -> tuple[IntArray, IntArray, IntArray]:

@@ -132,13 +132,9 @@ def _is_about(word: _Word, tokens: list[str], is_structure: list[bool]) -> bool:
 
 def _head(tokens: list[str]) -> int:
     """Return the number of the last word of a name that is not a code or a side; the last token if all are."""
-    nouns = [k for k, token in enumerate(tokens) if _is_noun(token)]
+    stems = [_NUMBER_AT_END.sub("", token) for token in tokens]
+    nouns = [k for k, stem in enumerate(stems) if len(stem) > 1 and stem.isalpha() and stem not in SIDES]
     return nouns[-1] if nouns else len(tokens) - 1
-
-
-def _is_noun(token: str) -> bool:
-    stem = _NUMBER_AT_END.sub("", token)
-    return len(stem) > 1 and stem.isalpha() and stem not in SIDES
 
 
 def _is_for(word: _Word, tokens: list[str]) -> bool:

@@ -170,16 +170,9 @@ def _uneven_stations(
     count = max(1, int(np.ceil(load[-1] - EXACT_STEPS)))
     _refuse_too_many(count, float(s[-1]))
     t = np.interp(np.linspace(0.0, load[-1], count + 1), load, t)
-    t = _split_until_bound(graph, edge, t, options.chord_mm)
-    return t, np.abs(cumulative_length(graph, edge, t))
-
-
-def _split_until_bound(graph: BrepGraph, edge: int, t: FloatArray, chord_mm: float) -> FloatArray:
-    while True:
-        wide = chord_errors(graph, np.full(len(t) - 1, edge), t[:-1], t[1:]) > chord_mm
-        if not wide.any():
-            return t
+    while (wide := chord_errors(graph, np.full(len(t) - 1, edge), t[:-1], t[1:]) > options.chord_mm).any():
         t = np.insert(t, np.flatnonzero(wide) + 1, ((t[:-1] + t[1:]) / 2)[wide])
+    return t, np.abs(cumulative_length(graph, edge, t))
 
 
 def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
