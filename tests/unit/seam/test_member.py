@@ -59,7 +59,9 @@ def test_what_a_member_is_by_its_kind_and_thickness(kind: MemberKind) -> None:
     border = FLATTEST * math.sqrt(300.0 * 70.0)
     assert [member(kind, thick=border * by).is_stout for by in (BELOW, ABOVE)] == [False, kind is BAR]
     hollow = [member(kind, 30.0, 70.0, thick=mm).is_hollow for mm in (30.0 * BELOW, 30.0)]
-    assert hollow == [kind in (PROFILE, ROUND), kind is PROFILE]
+    assert hollow == [kind in (PROFILE, ROUND, SHEET), kind in (PROFILE, SHEET)]
+    heavy = math.sqrt(HEAVY_KG_M / STEEL_KG_M_MM2)  # not slender
+    assert [member(kind, thick=heavy * by, length=50.0).is_beam for by in (BELOW, ABOVE)] == [False, True]
     assert member(kind, thick=MOULDED_MM * ABOVE, length=1e4).is_hollow == (kind in (PROFILE, ROUND, SHEET))
 
 
@@ -113,16 +115,17 @@ def test_a_moulded_part_has_a_thin_wall_and_nothing_that_is_bought() -> None:
     assert of(thin, member(BAR, thick=100.0)).is_moulded
 
 
-def test_members_of_one_wall_and_two_plates() -> None:
+def test_members_of_one_wall_and_plates_of_several() -> None:
     def pair(share: float = 1.0, by: float = 2.0, kind: MemberKind = BAR, faces: Any = (3, 4)) -> Decomposition:
         return of(member(PLATE, faces=(1, 2)), member(kind, thick=8.0 / by, faces=faces), share=share)
 
     border = 1.0 / (1.0 - ONE_WALL)
     assert [pair(by=border * by).is_of_one_wall for by in (BELOW, ABOVE)] == [True, False]
     assert of().is_of_one_wall
-    assert [pair(share=NOTHING_ELSE * by).are_two_plates for by in (BELOW, 1.0)] == [False, True]
-    wrong = pair(by=1.0), pair(kind=TUBE), pair(faces=(2, 5)), of(*pair().members, member(PLATE)), of(member(PLATE))
-    assert [one.are_two_plates for one in wrong] == [False] * 5
+    assert [pair(share=NOTHING_ELSE * by).are_plates for by in (BELOW, 1.0)] == [False, True]
+    assert of(*pair().members, member(PLATE)).are_plates
+    wrong = pair(by=1.0), pair(kind=TUBE), pair(faces=(2, 5)), of(member(PLATE))
+    assert [one.are_plates for one in wrong] == [False] * 4
 
 
 def test_plates_with_a_common_side_are_one_stepped_plate() -> None:
@@ -137,8 +140,6 @@ def test_plates_with_a_common_side_are_one_stepped_plate() -> None:
     assert not of(high, member(BAR, faces=(8, 9))).is_stepped_plate  # on no common face
     assert not of(low, member(BAR, faces=(1, 4), thick=30.0)).is_stepped_plate  # a bar thicker than the plate
     assert not of(low, leaning).is_stepped_plate  # equally thick
-    assert of(low, high, apart).floors == {2}
-    assert of(low, leaning).floors == of(low, apart).floors == frozenset()
     assert [of(*some).are_parallel_plates for some in ((low, high), (low, leaning), (low, bar))] == [True, False, False]
 
 
