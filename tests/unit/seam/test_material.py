@@ -30,7 +30,7 @@ def exact(name: str) -> ExactMaterial:
 
 
 def box_of_triangles(name: str, half: FloatArray, R: FloatArray) -> SolidMesh:
-    box = box_mesh(name, -half, half)
+    box = box_mesh(name, -np.asarray(half), np.asarray(half))
     return replace(box, points=box.points @ R.T)
 
 
