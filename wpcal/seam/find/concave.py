@@ -1,7 +1,5 @@
 """Concave edges inside one solid: where a part modelled as one piece was welded together from several."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.concavity import are_concave, inner_edges

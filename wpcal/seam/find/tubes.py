@@ -1,7 +1,5 @@
 """Round tubes inside solids: two cylinders about one axis with a thin wall between them, longer than they are wide."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

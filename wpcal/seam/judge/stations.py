@@ -258,14 +258,17 @@ def _without_slivers(seam: Seam, stretches: Sequence[Stretch]) -> list[Stretch]:
     kept: list[Stretch] = []
     for number, stretch in enumerate(stretches):
         low, is_last = stretch.low_mm if kept else stretches[0].low_mm, number == len(stretches) - 1
-        is_split = seam.closed and number in (0, len(stretches) - 1)
-        least_mm = SAME_PLACE_MM if stretch.solids or is_split else LEAST_CANDIDATE_MM
+        least_mm = _least_mm(stretch, is_split=seam.closed and number in (0, len(stretches) - 1))
         if kept and (stretch.high_mm - low <= least_mm or bool(stretch.solids) == bool(kept[-1].solids)):
             last = kept.pop()
             kept.append(Stretch(last.low_mm, stretch.high_mm, last.solids and last.solids | stretch.solids))
         elif is_last or stretch.high_mm - low > least_mm:
             kept.append(Stretch(low, stretch.high_mm, stretch.solids))
     return kept
+
+
+def _least_mm(stretch: Stretch, *, is_split: bool) -> float:
+    return SAME_PLACE_MM if stretch.solids or is_split else LEAST_CANDIDATE_MM
 
 
 def _cuts(trimmed: TrimmedFaces, wires: _Wires, changes: Sequence[_Change]) -> list[float]:

@@ -143,15 +143,15 @@ def _along(seen: _Across) -> list[Prism]:
         low, high = float(heights[cut]), float(heights[cut + 1])
         for contour in _contours(seen, (low + high) / 2):
             found[frozenset(places[face] for face in contour.faces)].append((low, high, contour))
-    stretches = []
-    for pieces in found.values():
-        contour = max(pieces, key=lambda piece: piece[1] - piece[0])[2]
-        faces = frozenset(face for piece in pieces for face in piece[2].faces)
-        roots = frozenset(root for piece in pieces for root in piece[2].roots)
-        low, high = min(piece[0] for piece in pieces), max(piece[1] for piece in pieces)
-        pieces_mm = sum(piece[1] - piece[0] for piece in pieces)
-        stretches.append(Prism(seen.way, low, high, contour, faces, roots, pieces_mm))
-    return stretches
+    return [_stretch(seen.way, pieces) for pieces in found.values()]
+
+
+def _stretch(way: FloatArray, pieces: list[tuple[float, float, Contour]]) -> Prism:
+    low, high, contours = zip(*pieces, strict=True)
+    mm = [end - begin for begin, end in zip(low, high, strict=True)]
+    faces = frozenset(face for contour in contours for face in contour.faces)
+    roots = frozenset(root for contour in contours for root in contour.roots)
+    return Prism(way, min(low), max(high), contours[mm.index(max(mm))], faces, roots, sum(mm))
 
 
 def _places(seen: _Across) -> dict[int, tuple[int, ...]]:
