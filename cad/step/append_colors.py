@@ -4,8 +4,6 @@ The kernel's own writer writes colours in the order of memory addresses, which d
 its text is the same in every run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from cad.step.append import EntityWriter, with_entities

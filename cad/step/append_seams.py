@@ -5,8 +5,6 @@ name, a colour and the layer ``wpcal seams``, so that another CAD system can fin
 the name too, but the kernel does not read the names of wireframe edges. Therefore each seam is a product.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ Points with two coordinates (curves in the parameters of a face) stay.
 Assemblies: the parts keep their coordinates. The placements of the topmost assembly's components become T A₂.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Count what a STEP document holds, to compare a written file with the file that was read."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

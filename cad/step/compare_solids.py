@@ -1,7 +1,5 @@
 """Whether a written file has every solid where its own motion puts it, and nothing else has changed."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ A placement can be a `CARTESIAN_TRANSFORMATION_OPERATOR_3D` (ISO 10303-42). OCCT
 shape that is scaled by 1.5 two thirds of its size. Seams and features would be in places where the part has nothing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -5,8 +5,6 @@ material, or an attribute of that name, holds texts. A property named density, o
 number. ``MAKE_FROM_USAGE_OPTION`` says that a product is made from another one, its material.
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A new STEP file of named, coloured solids: the same bytes in every run."""
 
-from __future__ import annotations
-
 import re
 import tempfile
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Open a STEP file as text, and refuse what can be refused without the kernel, in one line."""
 
-from __future__ import annotations
-
 from codecs import BOM_UTF8
 from dataclasses import replace
 from pathlib import Path

@@ -5,8 +5,6 @@ the kernel makes of the new entities. In an outline, every shell is cut to its f
 need is left out. Everything else stays: products, placements, names, colours, layers and annotations.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

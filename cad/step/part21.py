@@ -7,8 +7,6 @@ The text is never changed. It is indexed once, with array operations over its by
 parsed.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The products of a STEP file, read from its text alone: roots, components, contexts and units."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cad.step.part21 import Part21File

@@ -1,7 +1,5 @@
 """The solids of one product: found, or sewn from loose faces. Oddities, such as open shells, are issues."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

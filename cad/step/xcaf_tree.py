@@ -1,7 +1,5 @@
 """The product tree of the kernel's XCAF document: every use of every leaf, with its place, name, colour and layers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -21,7 +21,7 @@ Placed = tuple[Motion, FloatArray]  #: A motion with poses of the tip of the wir
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class SeamLine:
     """A seam, or a stretch of it as planned."""
 
     name: str
@@ -32,7 +32,9 @@ class Line:
     back_mm: float = 0.0  #: How far the tip is kept back along the wire.
 
     @classmethod
-    def dense(cls, name: str, p: FloatArray, R: FloatArray, *, is_planned: bool = False, back_mm: float = 0.0) -> Line:
+    def dense(
+        cls, name: str, p: FloatArray, R: FloatArray, *, is_planned: bool = False, back_mm: float = 0.0
+    ) -> SeamLine:
         """Return a line with places at steps of `STEP_MM`, through `p` and `R` of shapes (n, 3) and (n, 3, 3)."""
         s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         at = np.union1d(s, np.arange(0.0, s[-1], STEP_MM))
@@ -42,10 +44,10 @@ class Line:
         return cls(name, fine[:, :3], axes / np.linalg.norm(axes, axis=1, keepdims=True), is_planned, back_mm)
 
 
-def planned_line(name: str, cell: Cell, q: FloatArray) -> Line:
+def planned_line(name: str, cell: Cell, q: FloatArray) -> SeamLine:
     """Return the line of the tool in the part through states of a plan, shape (n, k), rad and mm."""
     T = cell.tool_in_part(q)
-    return Line.dense(name, T[:, :3, 3], T[:, :3, :3], is_planned=True)
+    return SeamLine.dense(name, T[:, :3, 3], T[:, :3, :3], is_planned=True)
 
 
 def tools_in_part(cell: Cell, legs: Iterable[tuple[Motion, FloatArray | None]]) -> Iterator[Placed]:
@@ -74,7 +76,7 @@ class _Run:
         return f"; it is on it with a stand-off {back:.1f} mm longer" if back > OFF_MM and left <= OFF_MM else ""
 
 
-def off_line_faults(placed: Iterable[Placed], lines: Sequence[Line]) -> Iterator[tuple[Motion, str]]:
+def off_line_faults(placed: Iterable[Placed], lines: Sequence[SeamLine]) -> Iterator[tuple[Motion, str]]:
     """Yield of each run the motion that is farthest off its line, and by how much.
 
     `placed`: Motions in the order of the program, in the frame of the lines.
@@ -100,7 +102,7 @@ def off_line_faults(placed: Iterable[Placed], lines: Sequence[Line]) -> Iterator
             yield run.motions[int(run.owner[row])], what
 
 
-def _run(placed: Sequence[Placed], lines: Sequence[Line], trees: Sequence[cKDTree]) -> _Run:
+def _run(placed: Sequence[Placed], lines: Sequence[SeamLine], trees: Sequence[cKDTree]) -> _Run:
     T = np.concatenate([poses for _, poses in placed])
     found = [tree.query(T[:, :3, 3]) for tree in trees]
     own = int(np.argmin([np.median(distance) for distance, _ in found]))

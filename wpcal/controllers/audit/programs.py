@@ -12,7 +12,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.off_line import Line, Placed, off_line_faults, tools_in_part
+from wpcal.controllers.audit.off_line import Placed, SeamLine, off_line_faults, tools_in_part
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
@@ -48,7 +48,7 @@ class Surroundings:
     start_mm: float = START_MM  #: From where on the wire is felt: farther on seams that are modelled as beads.
     in_cell: CellSweep | None = None  #: The cell of the plan that a program is of.
     #: What is welded, in `base` or, of a plan, in the part; None without a result.
-    lines: tuple[Line, ...] | None = None
+    lines: tuple[SeamLine, ...] | None = None
     #: Digital output that switches the arc; None for that which the header of a program states.
     arc_output: int | None = None
 
