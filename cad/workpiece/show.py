@@ -75,9 +75,9 @@ def drawn_of(found: WorkpieceCalibration | Openable, seams: Sequence[Seam] = ())
         for seam, u95 in zip(found.candidates, found.candidate_u95_mm, strict=True)
     ]
     frames = [seam.frames.moved(T) for seam in found.candidates]
-    has_moved = found.moved is not None
-    all_seams = found.candidates
-    lines = _polylines(all_seams, frames, colours) if has_moved else _seams(found.workpiece, all_seams, T, colours)
+    lines = _polylines(found.candidates, frames, colours)
+    if found.moved is None:
+        lines = _seams(found.workpiece, found.candidates, T, colours)
     return [*_parts(found.moved_shapes()), *lines, *_axes(frames), *_points(found)]
 
 

@@ -139,8 +139,8 @@ def _rule(option: str, pattern: str, decisions: Sequence[Decision]) -> Habit | N
     saved = [one for one in fitting if one.kind == option]
     wrong = [one for one in fitting if one.kind != option and one.is_welded == (option == "not")]
     parts = len({one.part for one in saved})
-    is_habit = len(saved) >= LEAST_SAVED and parts >= LEAST_PARTS
-    if not is_habit or len(wrong) > MOST_WRONG * (len(saved) + len(wrong)):
+    most_wrong = MOST_WRONG * (len(saved) + len(wrong))
+    if min(len(saved) - LEAST_SAVED, parts - LEAST_PARTS, most_wrong - len(wrong)) < 0:
         return None
     return Habit(option, pattern, tuple(one.what for one in saved), tuple(one.what for one in wrong), parts)
 

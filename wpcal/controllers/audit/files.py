@@ -11,7 +11,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.audit.fault import AuditReport, Fault, FileAudit
-from wpcal.controllers.audit.off_line import SeamLine, planned_line
+from wpcal.controllers.audit.off_line import Track, planned_line
 from wpcal.controllers.audit.programs import (
     Surroundings,
     arc_faults_of,
@@ -227,9 +227,7 @@ class _Audit:
         if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
         seams = () if is_corrected else finished.seams
-        lines = tuple(
-            SeamLine.dense(each.name, each.frames.p, each.frames.R, back_mm=each.more_wire_mm) for each in seams
-        )
+        lines = tuple(Track.dense(each.name, each.frames.p, each.frames.R, back_mm=each.more_wire_mm) for each in seams)
         torch = self.around.torch if self.around.torch != USUAL_TORCH else finished.torch or USUAL_TORCH
         return replace(
             self.around, torch=torch, T_base_part=finished.T_base_part, part=part, start_mm=start, lines=lines

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,11 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.off_line import Placed, SeamLine, off_line_faults, tools_in_part
+from wpcal.controllers.audit.off_line import Placed, Track, off_line_faults, tools_in_part
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
-from wpcal.controllers.judge.swept import meetings
+from wpcal.controllers.judge.swept import Meeting, meetings
 from wpcal.controllers.language.grammar import ENCODING, Grammar
 from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.program.reachable_spin import ArmAtTool
@@ -48,7 +48,7 @@ class Surroundings:
     start_mm: float = START_MM  #: From where on the wire is felt: farther on seams that are modelled as beads.
     in_cell: CellSweep | None = None  #: The cell of the plan that a program is of.
     #: What is welded, in `base` or, of a plan, in the part; None without a result.
-    lines: tuple[SeamLine, ...] | None = None
+    lines: tuple[Track, ...] | None = None
     #: Digital output that switches the arc; None for that which the header of a program states.
     arc_output: int | None = None
 
@@ -104,16 +104,8 @@ def executed_faults(trace: Trace, around: Surroundings) -> Iterator[tuple[str, F
     """Yield the names of files and what their text does wrong, beside a result."""
     for unknown in trace.unknowns:
         yield unknown.place.file, Fault(f"NOT CHECKED: {unknown.text}", unknown.place.line)
-    goals = [(motion, motion.goal) for motion in trace.motions if motion.goal is not None]
-    for motion, what, code in _motion_faults(goals, around):
+    for motion, what, code in _motion_faults(trace.motions, around):
         yield motion.place.file, Fault(what, motion.place.line, code=code)
-    for meeting in () if around.in_cell is None else around.in_cell.meetings(trace.motions):
-        yield meeting.motion.place.file, Fault(meeting.what, meeting.motion.place.line, code=ErrorCode.POSE_IN_MATERIAL)
-    placed: Iterator[Placed] = ((motion, _wires(motion, around)) for motion, _ in goals)
-    if around.in_cell is not None:
-        placed = tools_in_part(around.in_cell.cell, around.in_cell.legs(trace.motions))
-    for motion, what in off_line_faults(placed, around.lines or ()):
-        yield motion.place.file, Fault(what, motion.place.line, code=ErrorCode.INPUT)
 
 
 def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
@@ -121,18 +113,21 @@ def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
     yield from ((place.file, Fault(what, place.line)) for place, what in arc_faults(trace))
 
 
-def _motion_faults(
-    goals: Sequence[tuple[Motion, FloatArray]], around: Surroundings
-) -> Iterator[tuple[Motion, str, str]]:
-    """Yield motions, what is wrong with them, and its code; `goals` are motions with their ends."""
-    far = {id(motion) for motion, goal in goals if not np.abs(goal[:3, 3]).max() < FARTHEST_MM}
-    yield from ((motion, "leads to where no robot is", ErrorCode.INPUT) for motion, _ in goals if id(motion) in far)
-    goals = [(motion, goal) for motion, goal in goals if id(motion) not in far]
-    if around.part is not None:
+def _motion_faults(motions: Sequence[Motion], around: Surroundings) -> Iterator[tuple[Motion, str, str]]:
+    """Yield motions, what is wrong with them, and its code."""
+    known = [(each, each.goal) for each in motions if each.goal is not None]
+    near = [each for each, goal in known if np.abs(goal[:3, 3]).max() < FARTHEST_MM]
+    yield from ((each, "leads to where no robot is", ErrorCode.INPUT) for each, _ in known if each not in near)
+    placed: Iterator[Placed] = ((each, _wires(each, around)) for each in near)
+    met: Iterable[Meeting] = ()
+    if around.in_cell is not None:
+        placed = tools_in_part(around.in_cell.cell, around.in_cell.legs(motions))
+        met = around.in_cell.meetings(motions)
+    elif around.part is not None:
         torch = TorchAtTool(around.torch, around.tool_axis, around.standoff_mm)
-        followed, more_wire_mm = [motion for motion, _ in goals], [0.0] * len(goals)
-        found = meetings(followed, around.part, torch, more_wire_mm, start_mm=around.start_mm)
-        yield from ((each.motion, each.what, ErrorCode.POSE_IN_MATERIAL) for each in found)
+        met = meetings(near, around.part, torch, [0.0] * len(near), start_mm=around.start_mm)
+    yield from ((each.motion, each.what, ErrorCode.POSE_IN_MATERIAL) for each in met)
+    yield from ((each, what, ErrorCode.INPUT) for each, what in off_line_faults(placed, around.lines or ()))
 
 
 def _wires(motion: Motion, around: Surroundings) -> FloatArray:

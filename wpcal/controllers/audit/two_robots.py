@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, execut
 from wpcal.controllers.judge.execute import UNDECLARED, Files
 from wpcal.controllers.judge.in_step import in_step
 from wpcal.controllers.language.grammar import ENCODING
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import ErrorCode, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.records import parse_json, read_json
@@ -64,20 +66,21 @@ def swept_faults(folder: Path, files: Files) -> list[tuple[str, Fault]] | None:
     record = read_json(path, schema=PLAN_SCHEMA)
     require_as_made(record, folder)
     cell, mesh = read_cell(source / CELL_FILE), source / PART_FILE
-    q = np.radians([[*each["robot1_deg"], *each["robot2_deg"]] for each in record["points"]])
-    line = planned_line(record["seam"], cell, q[[each["s_mm"] is not None for each in record["points"]]])
+    q, is_on_seam = _states(record["points"])
+    track = planned_line(record["seam"], cell, q[is_on_seam])
     part = TriangleMaterial.of(read_part_glb(read_bytes(mesh))) if mesh.is_file() else None
     found = in_step(files, cell, q[0], tools=[UNDECLARED], part=part)
-    off = off_line_faults(tools_in_part(cell, found.legs()), [line])
+    told = [(file, Fault(what, line)) for file, line, what in found.faults]
+    for each, what in off_line_faults(tools_in_part(cell, found.legs()), [track]):
+        told.append((each.place.file, Fault(f"{found.other(each)}{what}", each.place.line, code=ErrorCode.INPUT)))
     met = ((each.motion.place, each.what) for each in found.meetings())
-    return [
-        *((file, Fault(what, line)) for file, line, what in found.faults),
-        *(
-            (motion.place.file, Fault(f"{found.other(motion)}{what}", motion.place.line, code=ErrorCode.INPUT))
-            for motion, what in off
-        ),
-        *((place.file, Fault(what, place.line, code=ErrorCode.POSE_IN_MATERIAL)) for place, what in met),
-    ]
+    return told + [(at.file, Fault(what, at.line, code=ErrorCode.POSE_IN_MATERIAL)) for at, what in met]
+
+
+def _states(points: Sequence[Mapping[str, Any]]) -> tuple[FloatArray, BoolArray]:
+    """Return the joints of both robots at the points of a plan, shape (n, 12), rad, and which are on the seam."""
+    q = np.radians([[*each["robot1_deg"], *each["robot2_deg"]] for each in points])
+    return q, np.array([each["s_mm"] is not None for each in points])
 
 
 def _marks_of(lines: list[str], pattern: str) -> list[tuple[str, int]]:
