@@ -27,7 +27,8 @@ class Level(Enum):
     """Only what is sure: members in contact, or running into each other, against which nothing speaks but a gap of up
     to 40 % of the allowed one."""
     USUAL = 0.8
-    """Also edges and beads inside one solid, wider gaps. A false seam costs a click, a missed one is a missing weld."""
+    """Also edges and beads inside one solid, wider gaps, pins in holes. A false seam costs a click, a missed one is a
+    missing weld."""
     GENEROUS = 0.05
     """Also what one doubtful finding speaks against: bolts, a name, a short length. Not what no torch reaches, nor a
     solid that has the shape of a fastener or is known not to be metal."""

@@ -261,6 +261,12 @@ class Rule(Enum):
         "Nobody strikes an arc only for that: the end is a wrap of the long seam (`--wrap`), or stays open.",
         "shape: the plate behind the long seam is as thick as the run is long",
     )
+    PIN_IN_HOLE = RuleRow(
+        0.8,
+        "A round member is in a hole of the same size, and is not a tube that is longer than it is wide.",
+        "It may be pressed in, or turn there.",
+        "shape",
+    )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,
         "There is a gap, and it is not the play of the assembly. The factor is for the largest allowed gap; a smaller "

@@ -203,7 +203,7 @@ def test_the_nominal_place_decides_between_two_that_the_touches_cannot_tell_apar
     near = RigidTransform(exp_rotation([0.01, 0, 0.01]) @ TURN, T + np.array([2.0, 1, 0]), "nominal", "part")
     result = solve(turned_over(noise_mm=0.1), 0.1, T_nominal_part=near)
     assert "rival-placement" not in codes(result)
-    assert np.abs(result.T_base_part.TURN - TURN).max() < 0.02
+    assert np.abs(result.T_base_part.R - TURN).max() < 0.02
 
 
 def test_two_places_that_fit_exactly_alike_are_refused():

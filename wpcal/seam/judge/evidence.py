@@ -14,16 +14,18 @@ import numpy as np
 
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.formed import are_bends, is_cut
 from wpcal.seam.find.play import is_play, with_play
+from wpcal.seam.find.tubes import THIN_WALL
 from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
-from wpcal.seam.limits import LENGTH_ROUND_OFF_MM, Level
+from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_bolt_holes, find_clamps
 from wpcal.seam.member.member import MemberKind
 from wpcal.seam.member.members import members_of
@@ -38,6 +40,7 @@ OF_WHOLE_PART = frozenset({Rule.BURIED.key, Rule.FIXES_BOLTED.key, Rule.LEFT_OVE
 INSIDE = frozenset({SeamSource.CONCAVE, SeamSource.BEAD, SeamSource.DRAWN})  #: Candidates inside a solid.
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})  #: Candidates that join two solids.
 FELT_GAP = 0.1  #: Gaps below this fraction of the allowed gap do not lower the score.
+AROUND = 0.1  #: A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees).
 MOSTLY_ROLLED = 0.9  #: A seam is the root of a rolled profile if so much of its length is.
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
@@ -252,6 +255,8 @@ class Judge:
         rim = self._rim_mm(seam)
         if rim is not None:
             yield Rule.HOLE_RIM.found(f"it runs round inside a hole of {rim:.3g} mm that the other member covers")
+        if seam.closed and self._is_pin(seam):
+            yield Rule.PIN_IN_HOLE.found("a round member in a hole: it may be pressed in, or turn there")
 
     def _rim_mm(self, seam: Seam) -> float | None:
         """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
@@ -263,6 +268,40 @@ class Judge:
         if is_round.any() or not np.isin(wall, self.holes.face[hole]).all():
             return None
         return 2.0 * float(self.holes.radius[hole])
+
+    def _is_pin(self, seam: Seam) -> bool:
+        """Tell whether the seam runs round a cylinder that fits in a hole of the other member."""
+        graph = self.graph
+        faces = np.concatenate([seam.pieces.wall, seam.pieces.base])
+        pins = faces[(graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)]
+        if len(pins) == 0:
+            return False
+        z, radius = graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        if self._is_tube(int(pins[0])):
+            return False
+        if np.abs(seam.frames.R[:, :, 0] @ z).max() > AROUND:
+            return False
+        other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
+        bores = self._bores
+        play = max(self.gap_mm, seam.gap_mm[2] + GAP_ROUND_OFF_MM)
+        fits = np.abs(graph.face_param[bores, 0] - radius) <= play
+        holes = bores[fits & np.isin(graph.face_solid[bores], other)]
+        return bool((off_axis(graph.face_frame[holes, 0], *graph.face_frame[pins[0], [0, 3]]) <= play).any())
+
+    @property
+    def _bores(self) -> IntArray:
+        """The round faces of holes."""
+        return np.flatnonzero((self.graph.face_kind == SurfaceKind.CYLINDER) & (self.graph.face_outward < 0))
+
+    def _is_tube(self, cylinder: int) -> bool:
+        """Tell whether a round face is the outside of a tube, with thin walls and longer than it is wide: no pin."""
+        graph, radius = self.graph, float(self.graph.face_param[cylinder, 0])
+        bores = self._bores[graph.face_solid[self._bores] == graph.face_solid[cylinder]]
+        bores = bores[(graph.face_param[bores, 0] >= THIN_WALL * radius) & (graph.face_param[bores, 0] < radius)]
+        bores = bores[off_axis(graph.face_frame[bores, 0], *graph.face_frame[cylinder, [0, 3]]) <= self.gap_mm]
+        edges = np.flatnonzero((graph.edge_faces == cylinder).any(axis=1))
+        p = graph.vertex_p[graph.edge_vertices[edges].ravel()] @ graph.face_frame[cylinder, 3]
+        return len(bores) > 0 and len(p) > 0 and bool(np.ptp(p) > 2.0 * radius)
 
 
 def _corner(seam: Seam) -> tuple[tuple[int, int], FloatArray, FloatArray]:
