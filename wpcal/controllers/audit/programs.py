@@ -12,7 +12,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.off_line import Placed, Track, off_line_faults, tools_in_part
+from wpcal.controllers.audit.off_line import OFF_MM, Placed, Track, off_line_faults, tools_in_part
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
@@ -54,7 +54,7 @@ class Surroundings:
 
     def __str__(self) -> str:
         """Say what is compared."""
-        done = ["finite", "rotations", "user frames"]
+        done = ["finite", "rotations", "user frames", *([f"within {OFF_MM:g} mm of their seams"] if self.lines else [])]
         if self.arm is not None:
             done.append(f"inside the reach of {self.arm.name}")
         if self.part is not None:

@@ -17,7 +17,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.off_line import off_line_faults, planned_line, tools_in_part
+from wpcal.controllers.audit.off_line import OFF_MM, off_line_faults, planned_line, tools_in_part
 from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, executed, require_grammar
 from wpcal.controllers.judge.execute import UNDECLARED, Files
 from wpcal.controllers.judge.in_step import in_step
@@ -35,7 +35,7 @@ CHECKED = (
     "of two robots, or of a robot and its positioner: the same marks in both, moves of both, what they name, arc; "
     "NOT compared with the part or with the reach of an arm"
 )
-SWEPT = "of two robots: executed and swept together in the cell of the plan, with the wire and the held part"
+SWEPT = f"of two robots: within {OFF_MM:g} mm of the plan, swept together in its cell, wire and held part included"
 
 
 def two_robot_faults(raw: bytes, path: Path, output: int | None) -> list[Fault]:
