@@ -287,6 +287,7 @@ def test_tacks_come_first_then_every_bead_and_a_weave_is_made_of_points(exported
     assert ended.returncode == 0, ended.stderr
     files = {path: path.read_bytes() for path in folder.iterdir()}
     assert all(arc_faults(raw, path) == [] for path, raw in files.items())
+    assert run_here("audit", folder).returncode == 0
     text = "\n".join(raw.decode() for raw in files.values())
     assert "Weave" not in re.sub(r"(?m)^.*[!;#'].*$", "", text)  # an instruction of the controller
     starts = sum(len(re.findall(r"SEAM START[ ;]*\r?$", raw.decode(), re.MULTILINE)) for raw in files.values())

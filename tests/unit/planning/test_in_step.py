@@ -92,22 +92,21 @@ def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder):
 
 
 @pytest.mark.parametrize(
-    ("file", "before"),
+    ("file", "before", "by", "says"),
     [
-        ("WPCAL_W2_R1.mod", r"robtarget W2_0002:=\[\["),
-        ("WPCAL_W2_R1.dat", r"W2_0002=\{X "),
-        ("WPCAL_W2.jbi", r"C00004="),
-        ("wpcal_w2.ls", r"P\[3\]\{[^}]*?Y ="),
+        ("WPCAL_W2_R1.mod", r"robtarget W2_0002:=\[\[", 2.5, "mm off the line of W2"),
+        ("WPCAL_W2_R1.dat", r"W2_0002=\{X ", 2.5, "mm off the line of W2"),
+        ("WPCAL_W2_R1.dat", r"W2_0002=\{.*?,C ", 9.0, "the wire is turned by 9 deg from its direction on W2"),
+        ("WPCAL_W2.jbi", r"C00004=", 2.5, "mm off the line of W2"),
+        ("wpcal_w2.ls", r"P\[3\]\{[^}]*?Y =", 2.5, "mm off the line of W2"),
     ],
 )
-def test_the_audit_finds_a_place_beside_the_seam_in_the_programs_of_two_robots(file, before, folder, tmp_path):
+def test_the_audit_finds_a_place_beside_the_seam_of_two_robots(file, before, by, says, folder, tmp_path):
     path = shutil.copytree(folder, tmp_path / "plan") / file
-    moved = lambda m: f"{m[1]}{float(m[2]) + 2.5:.3f}"  # noqa: E731  # mm, of INFORM degrees of joint 1
-    text, count = re.subn(rf"({before}\s*)([-\d.]+)", moved, path.read_text(), count=1, flags=re.DOTALL)
-    path.write_text(text)
+    stated = re.search(rf"{before}\s*([-\d.]+)", path.read_text(), re.DOTALL)
+    path.write_text(f"{stated.string[: stated.start(1)]}{float(stated[1]) + by}{stated.string[stated.end(1) :]}")
     faults = [fault for each in audit_path(path.parent).files for fault in each.faults]
-    assert count == 1
-    assert any("mm off the line of W2" in fault.message and fault.line for fault in faults), faults
+    assert any(says in fault.message and fault.line for fault in faults), faults
 
 
 def test_the_audit_sweeps_both_programs_in_the_cell_of_the_plan(folder, tmp_path):

@@ -15,6 +15,7 @@ from wpcal.planning.cell.cell import Cell
 
 OFF_MM = 1.0  #: Moves leave their seam by the tolerance of the path, of some hundredths of a millimetre.
 OFF_RAD = np.radians(5.0)  #: The wire leaves its planned direction by 0.5 degrees.
+LEAST_TURNS = 0.1  #: A weave changes its side at more than this share of its points, a line aslant once.
 STEP_MM = 0.5  #: Between places of a line: from the wire to the nearest one is hardly farther than to the line.
 
 Placed = tuple[Motion, FloatArray]  #: A motion with poses of the tip of the wire on its way, shape (n, 4, 4).
@@ -36,8 +37,7 @@ class Track:
         """Return a line with places at steps of `STEP_MM`, through `p` and `R` of shapes (n, 3) and (n, 3, 3)."""
         s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         at = np.union1d(s, np.arange(0.0, s[-1], STEP_MM))
-        columns = np.concatenate([p, R.reshape(len(R), 9)], axis=1).T
-        fine = np.stack([np.interp(at, s, column) for column in columns], axis=1)
+        fine = np.stack([np.interp(at, s, own) for own in np.concatenate([p, R.reshape(len(R), 9)], axis=1).T], axis=1)
         axes = fine[:, 3:].reshape(-1, 3, 3)
         return cls(name, fine[:, :3], axes / np.linalg.norm(axes, axis=1, keepdims=True), is_planned, back_mm)
 
@@ -71,8 +71,8 @@ class _Run:
         middle = np.zeros(3) if is_alone else np.median(self.off, axis=0)
         off_mm, turned = np.linalg.norm(self.off - middle, axis=1), np.arccos(np.clip(self.wire[:, 2], -1.0, 1.0))
         row = int(np.argmax(off_mm))
-        if off_mm[row] > OFF_MM:
-            what = f"the wire is {off_mm[row]:.1f} mm off the line of {self.line.name}{self._beyond()}"
+        if off_mm[row] > OFF_MM + _weave_mm(self.off - middle):
+            what = f"the wire is {off_mm[row]:.1f} mm off the line of {self.line.name}"
         elif self.line.is_planned and turned.max() > OFF_RAD:
             row = int(np.argmax(turned))
             what = f"the wire is turned by {np.degrees(turned[row]):.0f} deg from its direction on {self.line.name}"
@@ -80,11 +80,13 @@ class _Run:
             return None
         return self.motions[row], what
 
-    def _beyond(self) -> str:
-        """Say with which stand-off the wire would be on the line; empty where with none."""
-        back = np.median(-np.einsum("ni,ni->n", self.off, self.wire))
-        left = np.linalg.norm(self.off + back * self.wire, axis=1).max()
-        return f"; it is on it with a stand-off {back:.1f} mm longer" if back > OFF_MM and left <= OFF_MM else ""
+
+def _weave_mm(off: FloatArray) -> float:
+    """Return half the width of a weave that is made of points; 0 where offsets (n, 3), mm, do not go to and fro."""
+    across = off @ np.linalg.svd(off, full_matrices=False)[2][0]
+    low, high = np.quantile(across, (0.1, 0.9)).tolist()
+    turns = np.count_nonzero(np.diff(np.sign(across[np.abs(across) > OFF_MM / 2])))
+    return (high - low) / 2.0 if turns > len(off) * LEAST_TURNS and -low > high / 2.0 > -low / 4.0 else 0.0
 
 
 def off_line_faults(placed: Iterable[Placed], lines: Sequence[Track]) -> Iterator[tuple[Motion, str]]:

@@ -115,9 +115,9 @@ def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
 
 def _motion_faults(motions: Sequence[Motion], around: Surroundings) -> Iterator[tuple[Motion, str, str]]:
     """Yield motions, what is wrong with them, and its code."""
-    known = [(each, each.goal) for each in motions if each.goal is not None]
-    near = [each for each, goal in known if np.abs(goal[:3, 3]).max() < FARTHEST_MM]
-    yield from ((each, "leads to where no robot is", ErrorCode.INPUT) for each, _ in known if each not in near)
+    known = [(each, np.abs(each.goal[:3, 3]).max() < FARTHEST_MM) for each in motions if each.goal is not None]
+    near = [each for each, is_near in known if is_near]
+    yield from ((each, "leads to where no robot is", ErrorCode.INPUT) for each, is_near in known if not is_near)
     placed: Iterator[Placed] = ((each, _wires(each, around)) for each in near)
     met: Iterable[Meeting] = ()
     if around.in_cell is not None:

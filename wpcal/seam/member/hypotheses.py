@@ -321,7 +321,8 @@ def _sheets(graph: BrepGraph, smooth: IntArray, surface: Surface) -> Iterator[tu
 
 def _are_narrow(graph: BrepGraph, surface: Surface, most_mm: float) -> BoolArray:
     """Tell which points are on faces narrower than this, shape (n,): their area over half of their outline."""
-    around = np.bincount(np.maximum(graph.edge_faces, 0).ravel(), np.repeat(edge_lengths(graph), 2), graph.face_count)
+    mm = np.where(graph.edge_faces < 0, 0.0, edge_lengths(graph)[:, None])
+    around = np.bincount(np.maximum(graph.edge_faces, 0).ravel(), mm.ravel(), graph.face_count)
     area = np.bincount(surface.face, minlength=graph.face_count) * surface.mm2
     return np.asarray((2.0 * area <= most_mm * around)[surface.face], dtype=bool)
 

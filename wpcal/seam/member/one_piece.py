@@ -165,14 +165,11 @@ def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str
 
 def _why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     found = members_of(graph, trimmed, solid)
-    slab, bars = (
-        next((one for one in found.members if one.is_slab), None),
-        [one for one in found.members if one.is_beam],
-    )
+    slab = next((one for one in found.members if one.is_slab), None)
     if slab is None or found.is_box or any(one.thickness_mm < THIN_MM or one.is_hollow for one in found.members):
         return None
     words = f"it has a slab {slab.thickness_mm:.0f} mm thick, heavy bars, and nothing under {THIN_MM:g} mm"
-    return f"{words}: it looks like timber" if bars else None
+    return f"{words}: it looks like timber" if any(one.is_beam for one in found.members) else None
 
 
 def _why_pressed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
