@@ -21,6 +21,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("wpcal", "cad", "tests")
 _TARGET = re.compile(r"^((?:wpcal|cad)(?:\.\w+)+)(?::\w+)?$")
+WHOLE = (
+    "test_whole_records.py"  #: What most changes of results are seen by comes with the tests that name a changed file.
+)
 QUICK = ("unit", "laws", "golden", "lint")  #: Folders whose tests seldom run a command, the kernel or a browser.
 MOST_FILES = 20
 """Test files beyond this many take longer than a minute: the nearest ones are run, and the others are counted."""
@@ -38,10 +41,13 @@ def modules() -> dict[str, Path]:
 
 
 @cache
-def entry_points() -> dict[str, str]:
-    """Return the module of every command, language, exporter and kind of part, by its name."""
+def entry_points() -> dict[str, set[str]]:
+    """Return the modules of every name of a command, language, link, exporter and kind of part."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
-    return {name: target.partition(":")[0] for group in groups.values() for name, target in group.items()}
+    found = defaultdict[str, set[str]](set)
+    for name, target in ((name, target) for group in groups.values() for name, target in group.items()):
+        found[name].add(target.partition(":")[0])
+    return found
 
 
 @cache
@@ -58,7 +64,7 @@ def imports_of(path: Path) -> set[str]:
             target = _TARGET.match(node.value)
             named.add(target[1] if target else "")
             if path.is_relative_to(ROOT / "tests"):
-                named.add(entry_points().get(node.value, ""))
+                named |= entry_points().get(node.value, set())
     return {name for name in named if name in known}
 
 
@@ -113,7 +119,12 @@ def near_tests(changed: Iterable[Path]) -> list[Path]:
     tests = [path for path in reached if path.name.startswith("test_")]
     return sorted(
         tests,
-        key=lambda path: (reached[path], path.relative_to(ROOT).parts[1] not in QUICK, len(imports_of(path)), path),
+        key=lambda path: (
+            min(reached[path], 1) if path.name == WHOLE else reached[path],
+            path.relative_to(ROOT).parts[1] not in QUICK,
+            len(imports_of(path)),
+            path,
+        ),
     )
 
 
