@@ -7,10 +7,11 @@ writes as JSON must follow the schema it names. There is one browser.
 import atexit
 import gc
 import os
+import re
 import shutil
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from tests.kept import folder_of_run, keep_in
 from tests.lint.skips import unexpected_skips
 from tests.record_checks import checked_to_json
 from tests.running import kernel_work_here
+from tests.whole import whole_differences
 from wpcal.core import records
 from wpcal.core.process import collect_rarely
 
@@ -60,11 +62,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--assert-skips", action="store_true", help="fail when more tests are skipped than MOST_SKIPS allows"
     )
+    parser.addoption("--regenerate", action="store_true", help="write the golden results anew; refused where CI is set")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     # In the order of their names: by the number of tests, files of one test that takes long would come last, alone.
     config.option.loadscopereorder = False
+    if config.getoption("regenerate") and os.environ.get("CI"):
+        raise pytest.UsageError("golden results are not regenerated where CI is set")
 
 
 def pytest_collection_finish() -> None:
@@ -125,6 +130,23 @@ def kernel_here(answers: Path) -> Iterator[None]:
         patch.setattr("cad.work.child.run_in_child", kernel_work_here)
         patch.setenv("WPCAL_CACHE", str(answers))
         yield
+
+
+@pytest.fixture(scope="session")
+def regenerate(request: pytest.FixtureRequest) -> bool:
+    return bool(request.config.getoption("regenerate"))
+
+
+@pytest.fixture
+def golden(request: pytest.FixtureRequest, regenerate: bool) -> Callable[[Any], None]:
+    """Compare a whole record with the golden one of the test."""
+
+    def compare(value: Any) -> None:
+        name = re.sub(r"[^\w-]+", "_", request.node.name.removeprefix("test_")).strip("_")
+        folder = request.node.path.stem.removeprefix("test_")
+        assert whole_differences(f"{folder}/{name}", value, regenerate=regenerate) == []
+
+    return compare
 
 
 @pytest.fixture(scope="session")

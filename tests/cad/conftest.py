@@ -1,11 +1,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -19,6 +19,36 @@ SHARED_STEP = HERE.parents[2] / "shared" / "step"
 FIXTURES = HERE.parents[1] / "fixtures"
 
 sys.path.insert(0, str(HERE))  # the sample and probe modules beside the tests
+
+
+SEARCHES = (
+    *("flare_grooves", "prepared_edges", "flush_sides", "one_piece", "tube_frames", "members", "said_members"),
+    *("drawn_beads", "wide_gaps", "line_contacts", "not_welded", "held_fast", "same_room", "small_feet", "crumbs"),
+    *("sides", "play", "marked_seams", "closed_in", "copied_groups", "bodies_shown", "uprights"),
+)
+"""Tests whose searches on parts of their own are golden as a whole, beside what each test says of them."""
+
+
+@pytest.fixture(autouse=True)
+def _searches(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, golden: Any) -> Iterator[None]:
+    """Compare all seams that the searches of a test judged, in their order."""
+    if request.node.path.stem.removeprefix("test_") not in SEARCHES:
+        yield
+        return
+    from wpcal.seam import detect, search
+
+    found = []
+
+    def judge(*given: Any, **named: Any) -> Any:
+        found.append(original(*given, **named))
+        return found[-1]
+
+    original = detect.judge_candidates
+    for module in (detect, search):
+        monkeypatch.setattr(module, "judge_candidates", judge)
+    yield
+    if found:
+        golden(found)
 
 
 @pytest.fixture(scope="session")

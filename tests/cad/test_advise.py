@@ -68,7 +68,7 @@ def test_mitred_corners_are_free_outside_and_hidden_inside(sample: Sample) -> No
 @pytest.mark.parametrize(
     ("criterion", "atol"), few([(Criterion.LEAST_SQUARES, ROUND_OFF_MM), (Criterion.MINIMAX, SIMULATED_MM)], 1)
 )
-def test_the_promise_is_what_calibrate_reports(sample: Sample, criterion: Criterion, atol: float) -> None:
+def test_the_promise_is_what_calibrate_reports(sample: Sample, criterion: Criterion, atol: float, golden: Any) -> None:
     workpiece, seams = sample("tee")
     robot = RobotField(0.2, 500.0)
     advice = advise(judge_features(workpiece.graph, workpiece.features), seams, criterion=criterion, robot=robot)
@@ -78,6 +78,7 @@ def test_the_promise_is_what_calibrate_reports(sample: Sample, criterion: Criter
     teaching = TeachingError(sigma_mm=0.3, robot=robot)
     result = calibrate(pairs, criterion=criterion, teaching=teaching, seam_points=points)
     assert result.judgement.error_95_mm == pytest.approx(advice.chosen.error_95_mm, rel=0, abs=atol)
+    golden(advice)
 
 
 @pytest.mark.deep
@@ -93,7 +94,7 @@ def test_no_other_set_of_free_features_is_better_by_least_squares(sample: Sample
     assert advice.chosen.error_95_mm <= best + ROUND_OFF_MM
 
 
-def test_further_points_make_the_error_smaller_by_least_squares(sample: Sample) -> None:
+def test_further_points_make_the_error_smaller_by_least_squares(sample: Sample, golden: Any) -> None:
     workpiece, seams = sample("lap")
     advice = advise(judge_features(workpiece.graph, workpiece.features), seams, criterion=Criterion.LEAST_SQUARES)
     errors = [found.error_95_mm for found in advice.by_count]
@@ -101,6 +102,7 @@ def test_further_points_make_the_error_smaller_by_least_squares(sample: Sample) 
     assert errors == sorted(errors, reverse=True)
     assert advice.with_next is not None
     assert errors[2] <= advice.with_next.error_95_mm < errors[1]
+    golden(advice)
 
 
 def test_the_outer_seam_points_choose_the_same_as_all(sample: Sample, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,7 +29,7 @@ def advice(wpcal: Command, *words: Path | str, ends: int = 0) -> dict[str, Any]:
     return record
 
 
-def test_two_points_for_each_plate_in_the_order_of_what_they_gain(wpcal: Command, tmp_path: Path) -> None:
+def test_two_points_for_each_plate_in_the_order_of_what_they_gain(wpcal: Command, tmp_path: Path, golden: Any) -> None:
     out = tmp_path / "template.csv"
     found = advice(wpcal, "-o", out)
     touches = found["touches"]
@@ -42,6 +42,7 @@ def test_two_points_for_each_plate_in_the_order_of_what_they_gain(wpcal: Command
     text = " ".join(wpcal("advise", PART, "--bodies", BODIES).stdout.split())  # lines end where the window does
     assert "tack tolerance 1 mm and 4 mrad" in text
     assert f"after these, {found['next']['sentence']}" in " ".join(text.split())
+    golden(found)
 
 
 def test_the_plate_that_was_not_touched_comes_next(wpcal: Command) -> None:

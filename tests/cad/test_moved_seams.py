@@ -4,6 +4,7 @@ import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -150,7 +151,7 @@ def test_a_lifted_upright_leaves_its_seams_where_they_are_with_a_gap(lift_mm: fl
     assert touched
 
 
-def test_ends_follow_the_ends_of_the_plate() -> None:
+def test_ends_follow_the_ends_of_the_plate(golden: Any) -> None:
     """A plate that slides along its seam by 1.3 mm takes the seam along."""
     name = "uprights/uprights.step"
     workpiece, seams = seams_of(name)
@@ -169,3 +170,4 @@ def test_ends_follow_the_ends_of_the_plate() -> None:
             now.seam.frames.p - seam.frames.p, [[1.3, 0.0, 0.0]] * len(seam.frames), rtol=0, atol=SETTLED_MM
         )
         assert now.seam.length_mm == pytest.approx(seam.length_mm, abs=1e-6)
+    golden(found)

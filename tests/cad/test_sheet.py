@@ -75,7 +75,7 @@ def test_a_point_behind_the_web_is_told_from_those_in_sight(tee):
         2,
     ),
 )
-def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, paper):
+def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, paper, golden):
     if not part.is_file():
         pytest.skip("the shared STEP files are not beside the project")
     workpiece = open_workpiece(part)
@@ -94,6 +94,7 @@ def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, p
         boxes = [label.box for label in labels]
         for i, a in enumerate(boxes):
             assert not any(a.x < b.right and b.x < a.right and a.y < b.top and b.y < a.top for b in boxes[i + 1 :])
+    golden([layout, [draw_views(Pen(_new_document().modelspace(), paper), layout, rows)]])
 
 
 def test_the_dxf_holds_names_numbers_coordinates_and_the_hash(tee):

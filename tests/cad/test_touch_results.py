@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ def test_every_controller_that_writes_touches_reads_their_results() -> None:
 
 @pytest.mark.parametrize("brand", few(WRITERS, 2))
 def test_results_without_noise_give_the_pose_to_the_stored_digits(
-    tee: Workpiece, exact: dict[str, FloatArray], brand: str, tmp_path: Path
+    tee: Workpiece, exact: dict[str, FloatArray], brand: str, tmp_path: Path, golden: Any
 ) -> None:
     results = read_touch_results(written(tmp_path, brand, exact), PLAN)
     assert (results.controller, results.fingerprint, results.count) == (brand, PLAN.fingerprint, 8)
@@ -100,11 +101,12 @@ def test_results_without_noise_give_the_pose_to_the_stored_digits(
     corners = np.array([[0, 0, 0], [200, 0, 0], [0, 120, 0], [200, 120, 90.0]])
     apart = np.linalg.norm(found.T_base_part.apply(corners) - truth.apply(corners), axis=1).max()
     assert apart <= LEVER * DIGITS_MM[brand]
+    golden(results)
 
 
 @pytest.mark.parametrize("brand", WRITERS)
 def test_missed_and_skipped_searches_are_told_and_left_out(
-    exact: dict[str, FloatArray], brand: str, tmp_path: Path
+    exact: dict[str, FloatArray], brand: str, tmp_path: Path, golden: Any
 ) -> None:
     stored = {**exact, "T2": Outcome.MISSED, "T5": Outcome.NOT_RUN, "T7": Outcome.ACTIVE_AT_START}
     paired = pair_results(PLAN, read_touch_results(written(tmp_path, brand, stored), PLAN))
@@ -114,6 +116,7 @@ def test_missed_and_skipped_searches_are_told_and_left_out(
     assert issue.code == TOUCH_LEFT_OUT
     assert "T2 missed" in issue.message
     assert "T7 was not made" in issue.message
+    golden(paired)
 
 
 @pytest.mark.parametrize("brand", WRITERS)
@@ -150,11 +153,12 @@ def test_a_wrong_frame_or_tool_is_one_line(exact: dict[str, FloatArray]) -> None
         pair_results(PLAN, replace(good, results=none))
 
 
-def test_latency_is_taken_back_along_the_direction(exact: dict[str, FloatArray]) -> None:
+def test_latency_is_taken_back_along_the_direction(exact: dict[str, FloatArray], golden: Any) -> None:
     setup = TouchSetup(latency_s=0.02, search_speed_mm_s=10.0)
     late = {name: p + 0.2 * PLAN.search(name).direction for name, p in exact.items()}
     one, other = (pair_results(PLAN, _results(PLAN, exact)), pair_results(PLAN, _results(PLAN, late), setup))
     np.testing.assert_allclose(other.taught.p_base, one.taught.p_base, rtol=0, atol=1e-5)
+    golden(one)
 
 
 def test_a_post_solves_the_stick_out(exact: dict[str, FloatArray]) -> None:

@@ -138,7 +138,7 @@ def run_round_a_tube(a=80.0, b=50.0, lead=5.0, step=10.0):
     return np.array(places)[keep], about @ R
 
 
-def test_a_run_round_a_tube_turns_at_its_corners_and_stops_there(make_seam, random_place):
+def test_a_run_round_a_tube_turns_at_its_corners_and_stops_there(make_seam, random_place, golden):
     p, R = run_round_a_tube()
     T = random_place(5)
     finished = FinishedCalibration(T, (make_seam("W1", T.apply(p), T.R @ R, frame="base"),), (None,), {})
@@ -156,6 +156,7 @@ def test_a_run_round_a_tube_turns_at_its_corners_and_stops_there(make_seam, rand
         wire = turns[at].apply([0, 0, 1])
         off = np.degrees(np.arccos(np.clip(-(wire * R[:, :, 2]).sum(1), -1, 1)))
         assert off.max() <= 0.5 + 45 / 200, name  # the nearest of 200 places on a move
+    golden(path)
 
 
 def test_the_header_says_how_far_the_moves_are_from_the_seam(make_seam, random_place):

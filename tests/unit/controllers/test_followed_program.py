@@ -51,7 +51,7 @@ def whole(program):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_joints_hold_the_torch_within_the_limits_in_one_posture(name):
+def test_the_joints_hold_the_torch_within_the_limits_in_one_posture(name, golden):
     program, arm = followed(name), at_tool(name)
     p, R, q = whole(replace(program, safe_point=program.safe_point))
     T = arm.arm.forward(q) @ arm.T_flange_tool.matrix
@@ -61,6 +61,7 @@ def test_the_joints_hold_the_torch_within_the_limits_in_one_posture(name):
     poses = posture(arm.arm, q)
     classes = np.stack([poses.is_behind, poses.is_behind_lower_arm, np.sin(q[:, 4]) < 0], axis=1)
     assert (classes == classes[0]).all()
+    golden(program)
 
 
 @pytest.mark.parametrize("name", ARMS)

@@ -49,7 +49,7 @@ def test_what_was_planned_is_free(swept, name):
     assert [meeting.what for meeting in sweep.meetings(motions[name])] == []
 
 
-def test_a_joint_move_to_the_seam_has_the_wire_on_the_part(swept):
+def test_a_joint_move_to_the_seam_has_the_wire_on_the_part(swept, golden):
     plan, sweep, motions = swept
     (piece,) = plan.pieces
     row = next(row for row, motion in enumerate(motions["rapid"]) if motion.kind != "J")
@@ -57,18 +57,20 @@ def test_a_joint_move_to_the_seam_has_the_wire_on_the_part(swept):
     (meeting,) = sweep.meetings([*motions["rapid"][: row - 1], to_seam])
     assert "wire and part miss their safety distance" in meeting.what
     assert meeting.motion is to_seam
+    golden(meeting)
 
 
-def test_a_line_through_the_part_is_named_with_the_bodies(swept):
+def test_a_line_through_the_part_is_named_with_the_bodies(swept, golden):
     _, sweep, motions = swept
     row = next(row for row, motion in enumerate(motions["rapid"]) if motion.kind != "J")
     deeper = motions["rapid"][row].goal.copy()
     deeper[:3, 3] += 60.0 * deeper[:3, 2]
     (meeting, *_) = sweep.meetings([*motions["rapid"][:row], replace(motions["rapid"][row], goal=deeper)])
     assert "and part miss their safety distance" in meeting.what
+    golden(meeting)
 
 
-def test_joints_beyond_a_limit_and_out_of_reach_are_named(swept):
+def test_joints_beyond_a_limit_and_out_of_reach_are_named(swept, golden):
     _, sweep, motions = swept
     first = motions["rapid"][0]
     (meeting,) = sweep.meetings([replace(first, joints=np.array([0.0, 0.0, 0.0, 0.0, 400.0, 0.0]))])
@@ -77,6 +79,7 @@ def test_joints_beyond_a_limit_and_out_of_reach_are_named(swept):
     far[:3, 3] = 9000.0
     (meeting,) = sweep.meetings([first, replace(first, joints=None, goal=far)])
     assert "the arm does not get there" in meeting.what
+    golden(meeting)
 
 
 def test_a_way_within_the_digits_of_a_free_one_is_not_measured_again_and_any_other_is(swept):

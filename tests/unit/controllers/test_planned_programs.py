@@ -232,7 +232,7 @@ def test_templates_of_a_shop_are_used_and_a_missing_name_is_one_line(tmp_path, s
         written(program_of(sequence, given, controller=ControllerSettings(templates=wrong)), "rapid")
 
 
-def test_on_a_rail_all_languages_state_it(given):
+def test_on_a_rail_all_languages_state_it(given, golden):
     """Positions count from where the base is at 0 mm of the rail: the axis is a coordinated one."""
     cell = given.placed(fixed_cell())
     rail = Rail(np.array([0.0, 1.0, 0.0]), -300.0, 300.0, 500.0)
@@ -251,9 +251,10 @@ def test_on_a_rail_all_languages_state_it(given):
     T = np.linalg.inv(cell.T_world_base.matrix) @ cell.tool_places(q)[0]
     assert np.allclose(T[:3, 3], path.p_base[1], rtol=0, atol=WRITTEN_MM)
     assert not np.isclose(along, 0.0)
+    golden(found.pieces)
 
 
-def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
+def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given, golden):
     """The fillet of a pipe on a plate in PA all round: only the positioner moves, and programs follow it."""
     ring = pipe_ring(given.seams[0])
     cell = read_one_robot(write_cell(tmp_path, with_positioner((0.0, 0.0, 10.0))))
@@ -285,6 +286,7 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
         written(program, "fanuc")
     with pytest.raises(InputError, match="positions are expected in the part that the positioner carries"):
         written(lines, "rapid")
+    golden(piece)
 
 
 def check_coordinated(program, cell):

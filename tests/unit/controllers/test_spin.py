@@ -32,13 +32,14 @@ def saddle(axis, range_deg):
 
 
 @pytest.mark.parametrize("axis", ToolAxis)
-def test_the_saddle_is_welded_without_turning_the_tool_about_its_wire(axis):
+def test_the_saddle_is_welded_without_turning_the_tool_about_its_wire(axis, golden):
     before, after = saddle(axis, 0), saddle(axis, 180)
     assert np.degrees(total_turn(before)) == pytest.approx(378, abs=2)
     swing = swing_and_twist(before, axis)[0].sum()
     assert total_turn(after) == pytest.approx(swing, abs=np.radians(1e-3))  # what the wire itself swings, and no more
     np.testing.assert_allclose(wire_directions(before, axis), wire_directions(after, axis), rtol=0, atol=ROUND_OFF)
     assert np.abs(unwinding_spin(before, axis, np.pi)).max() <= np.pi + ROUND_OFF
+    golden(after)
 
 
 @pytest.mark.parametrize("range_deg", [0, 20, 60, 90])
@@ -97,6 +98,18 @@ def test_the_arm_keeps_its_limits_where_another_turn_about_the_wire_does():
             continue
         found += 1  # without the choice a limit was broken
     assert found >= 1
+
+
+def test_an_open_seam_begins_and_ends_at_its_own_poses(golden):
+    arm, tool = find_arm("irb1600_8_145"), parse_tool("20,0,350,0,30,0")[0]
+    finished = read_finished(SADDLE).select()
+    (seam,) = finished.seams
+    f, n = seam.frames, len(seam.frames) // 3
+    part = replace(
+        seam, closed=False, frames=replace(f, s_mm=f.s_mm[:n], p=f.p[:n], R=f.R[:n], angle_rad=f.angle_rad[:n])
+    )
+    program = build_program(replace(finished, seams=(replace(part, lean_rad=None, spin_rad=None),)))
+    golden(next(spun_programs(program, ArmAtTool(arm, tool, np.zeros(6)))).program.paths)
 
 
 def test_a_seam_that_no_turn_brings_within_the_limits_is_named():

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -185,12 +186,13 @@ ENDDAT
     ],
 )
 def test_a_register_is_a_taught_point(
-    tmp_path: Path, name: str, text: str, frames: dict[str, object], point: str, place: tuple[float, ...]
+    tmp_path: Path, name: str, text: str, frames: dict[str, object], point: str, place: tuple[float, ...], golden: Any
 ) -> None:
     path = tmp_path / name
     path.write_text(text)
     taught = read_taught_program(path, ProgramReading(uframes=frames, points=[point]))  # type: ignore[arg-type]
     assert (taught.names, taught.p_base[0].tolist()) == ((point,), pytest.approx(place))
+    golden(taught)
 
 
 def test_a_register_without_a_frame_asks_for_it(tmp_path: Path) -> None:

@@ -146,12 +146,13 @@ def taught(tmp_path, language, text, **options):
         ("pdl2", None, "corner Edge", (7, 8), [[98, 1, 3], [79.5, 10, -0.5]]),
     ],
 )
-def test_taught_points_are_read_in_their_frames(tmp_path, language, frame, names, lines, p_base):
+def test_taught_points_are_read_in_their_frames(tmp_path, language, frame, names, lines, p_base, golden):
     """In the frame of their moves, of their data, or of the pendant."""
     chosen = names.split() if language == "as" else None
     points = taught(tmp_path, language, TAUGHT[language], uframes={"3": frame} if frame else {}, points=chosen)
     assert (points.names, points.lines) == (tuple(names.split()), lines)
     np.testing.assert_allclose(points.p_base, p_base, rtol=0, atol=1e-6)
+    golden(points)
 
 
 @pytest.mark.parametrize(

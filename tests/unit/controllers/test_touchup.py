@@ -5,6 +5,7 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -140,7 +141,7 @@ def test_a_program_that_meets_the_part_is_not_called_checked(written: Path, lang
     assert b"NOT CHECKED: touched up" in texts
 
 
-def test_the_part_is_swept_where_the_corrections_have_it() -> None:
+def test_the_part_is_swept_where_the_corrections_have_it(golden: Any) -> None:
     seen = Seen()
     found = play(FRAME, Wanted(seams=6, moved=1), 5003, seen)
     assert seen.bodies == [True]
@@ -155,6 +156,7 @@ def test_the_part_is_swept_where_the_corrections_have_it() -> None:
         for row, solid in enumerate(mesh.solids)
     }
     assert by.pop(name) > 1.0 > max(by.values())
+    golden([found, sentences(found)])
 
 
 def test_an_arc_instruction_leads_to_the_start_and_an_output_burns_from_the_pose_before() -> None:
@@ -236,7 +238,7 @@ def test_what_is_corrected_alike_in_most_jobs_of_a_part_is_proposed_by_drift(wri
     assert part["corrected"][0] in (tmp_path / "drift.html").read_text()
 
 
-def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:
+def test_a_clamp_is_named_and_an_offset_is_a_preference(golden: Any) -> None:
     seen = Seen()
     found = play(FRAME, Wanted(seams=4, clamp=True), 1, seen)
     assert (seen.clamp, seen.false_clamp) == ([True], 0)
@@ -257,6 +259,7 @@ def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:
     np.testing.assert_allclose(mean, means[0] - off[0], rtol=0, atol=1e-9)
     spread = covariances + np.einsum("mki,mkj->mkij", off, off)  # of a mixture, with the distance of its means
     np.testing.assert_allclose(C, np.einsum("m,mkij->kij", weights, spread), rtol=0, atol=1e-9)
+    golden([found, sentences(found)])
 
 
 def test_corrections_within_a_frame_that_was_taught_again_move_its_seams_alike() -> None:

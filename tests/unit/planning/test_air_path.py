@@ -91,7 +91,7 @@ def ends(cluttered):
     return q[checker.clearance.margins(q).is_clear][:16].reshape(8, 2, -1)[[1, 0, 3, 4, 7]]
 
 
-def test_moves_between_random_states_are_found_and_proved(cluttered, ends):
+def test_moves_between_random_states_are_found_and_proved(cluttered, ends, golden):
     cell, checker = cluttered
     planner = AirPlanner(cell, checker)
     found = [planner.path(a, b) for a, b in ends]
@@ -103,6 +103,7 @@ def test_moves_between_random_states_are_found_and_proved(cluttered, ends):
         assert path.check.is_free
         low, high = cell.limits
         assert ((path.q >= low) & (path.q <= high)).all()
+    golden(found)
 
 
 def test_a_way_that_is_not_found_is_one_line(cluttered, ends, monkeypatch):

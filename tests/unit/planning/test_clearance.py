@@ -19,7 +19,7 @@ def random_state(n, seed=0, spread=1.5):
     return np.concatenate([rng.uniform(-spread, spread, (n, 6)), rng.uniform(-spread, spread, (n, 6))], axis=1)
 
 
-def test_every_pair_by_least_squares_gives_the_same_least_margin(cell, slow_margins):
+def test_every_pair_by_least_squares_gives_the_same_least_margin(cell, slow_margins, golden):
     state = random_state(4)
     found = capsule_clearance(cell, state)
     for i in range(len(state)):
@@ -28,6 +28,7 @@ def test_every_pair_by_least_squares_gives_the_same_least_margin(cell, slow_marg
         assert found.nearest(i) == pairs.names(int(np.argmin(margins)))
         safety = pairs.safety_mm[found.pair[i]]
         np.testing.assert_allclose(found.distance_mm[i] - safety, found.margin_mm[i], rtol=0, atol=ROUND_OFF_MM)
+    golden(found)
 
 
 def test_a_state_has_one_answer_alone_and_among_many(cell):

@@ -129,7 +129,7 @@ def touched(cell, T_flange2_part, joints2):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_grasp_comes_back(seed, tmp_path):
+def test_the_grasp_comes_back(seed, tmp_path, golden):
     rng = np.random.default_rng(seed)
     truth = RigidTransform(
         rotation_from_zyx(*rng.uniform(-3, 3, 3)), rng.uniform(-200, 200, 3), target="flange2", source="part"
@@ -146,6 +146,7 @@ def test_the_grasp_comes_back(seed, tmp_path):
     written = read_cell(tmp_path / "new.json")
     assert written.T_part.is_close(truth, atol_mm=ROUND_OFF_MM, atol_rad=ROUND_OFF_RAD)
     assert written.T_world_base.is_close(holding.cell.T_world_base, atol_mm=0, atol_rad=ROUND_OFF_RAD)
+    golden(found)
 
 
 def test_a_cell_may_come_without_a_grasp_and_leaves_with_one(tmp_path):

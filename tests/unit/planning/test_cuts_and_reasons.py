@@ -83,7 +83,7 @@ def searched(given, cell):
     return search, seam_task(given.seams[0].seam)
 
 
-def test_a_move_that_is_told_was_tried_and_works(given):
+def test_a_move_that_is_told_was_tried_and_works(given, golden):
     cell = fixed_cell((1750.0, -100.0, 200.0))
     search, task = searched(given, cell)
     assert not search.whole(task)
@@ -98,9 +98,10 @@ def test_a_move_that_is_told_was_tried_and_works(given):
     plan = plan_sequence(moved, given.part, given.seams[:1], SequenceTargets()).sequence
     assert plan.is_free
     assert not plan.unwelded
+    golden(found)
 
 
-def test_a_body_in_the_way_is_named_with_its_place_and_a_change_that_was_tried(given):
+def test_a_body_in_the_way_is_named_with_its_place_and_a_change_that_was_tried(given, golden):
     """A plate over the seam: the torch body cannot come near, wherever the arm is."""
     cell = given.placed(fixed_cell())
     corners = np.array(list(itertools.product((600.0, 1200.0), (-400.0, 400.0), (240.0, 250.0))))
@@ -110,9 +111,10 @@ def test_a_body_in_the_way_is_named_with_its_place_and_a_change_that_was_tried(g
     why = find_reason(search, task)
     assert "lid" in why
     assert " mm at best, at " in why
+    golden(why)
 
 
-def test_what_is_out_of_reach_is_told_before_the_search_and_nothing_else(given):
+def test_what_is_out_of_reach_is_told_before_the_search_and_nothing_else(given, golden):
     far, near = fixed_cell((1750.0, -100.0, 200.0)), fixed_cell()
     told = out_of_reach(far, given.seams, SequenceTargets())
     assert told
@@ -122,6 +124,7 @@ def test_what_is_out_of_reach_is_told_before_the_search_and_nothing_else(given):
     for seam in given.seams:
         assert bool(search.whole(seam_task(seam.seam))) <= (seam.name not in lost)
     assert out_of_reach(given.placed(near), given.seams, SequenceTargets()) == ()
+    golden(told)
 
 
 def test_where_nothing_helps_it_is_said(given):
@@ -135,7 +138,7 @@ def test_a_part_through_the_floor_is_one_line(given):
         plan_sequence(fixed_cell((800.0, 0.0, -60.0)), given.part, given.seams[:1], SequenceTargets())
 
 
-def test_a_home_in_collision_is_told_with_one_that_is_free(tmp_path, given):
+def test_a_home_in_collision_is_told_with_one_that_is_free(tmp_path, given, golden):
     record = with_positioner()
     record["positioner"]["T_world_base"]["xyz_mm"] = [1000, 0, 100]
     record["positioner"]["home_deg"] = [-90, 0]
@@ -146,6 +149,7 @@ def test_a_home_in_collision_is_told_with_one_that_is_free(tmp_path, given):
     record["positioner"]["home_deg"] = axes
     free = read_one_robot(write_cell(tmp_path, record))
     assert CellClearance(free, given.part).margins(free.home[None]).is_clear[0]
+    golden(str(told.value))
 
 
 def test_a_part_farther_from_the_table_turns_with_the_positioner(tmp_path):

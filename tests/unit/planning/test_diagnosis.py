@@ -98,11 +98,12 @@ def test_a_joint_limit_is_named_with_its_joint(coarse, way, robot):
     assert after is None or after.constraint is not Constraint.JOINT_LIMITS or after.best < found.best
 
 
-def test_a_place_out_of_reach_is_named_with_the_distance(coarse, way):
+def test_a_place_out_of_reach_is_named_with_the_distance(coarse, way, golden):
     found = obstacle_at(coarse, way[0] + [0.0, 0.0, 3000.0], way[1], BLOCKED, leans=(0.0,))
     assert found.constraint is Constraint.REACH
     assert found.robot in {1, 2}
     assert found.best > 1000
+    golden(found)
 
 
 def test_a_singular_pose_is_named(coarse, way, monkeypatch):
@@ -112,13 +113,14 @@ def test_a_singular_pose_is_named(coarse, way, monkeypatch):
     assert LEAST_REGULARITY < found.best < 1.1
 
 
-def test_a_ladder_names_its_worst_rung(coarse, way):
+def test_a_ladder_names_its_worst_rung(coarse, way, golden):
     blocked = with_lug(coarse, BLOCKED, 18.0)
     ladder = build_ladder(blocked, ReachablePlace(*way, 0))
     assert shortest_path(blocked, ladder, FIRST) is None
     found = ladder_obstacle(blocked, ladder, FIRST)
     assert found.between == ("robot 1 nozzle", "robot 2 lug")
     assert abs(found.s_mm - coarse.path.s_mm[BLOCKED]) <= np.diff(coarse.path.s_mm).max()
+    golden(found)
 
 
 def test_a_torch_that_must_lean_at_one_place_leans_there_only(coarse, way):
@@ -168,7 +170,7 @@ def test_paths_that_are_too_near_between_their_points_name_the_bodies(thin, sear
 
 
 @pytest.mark.parametrize("constraint", [c for c in Constraint if c is not Constraint.REACH])
-def test_every_limit_names_where_the_best_path_breaks_it(thin, searched, constraint, monkeypatch):
+def test_every_limit_names_where_the_best_path_breaks_it(thin, searched, constraint, monkeypatch, golden):
     path = searched.swept[7]
     broken = {
         Constraint.JOINT_LIMITS: replace(thin, cell=changed(thin.cell, arm2=narrowed(thin.cell.arm2, 5, 300.0, 301.0))),
@@ -189,6 +191,7 @@ def test_every_limit_names_where_the_best_path_breaks_it(thin, searched, constra
     assert found.best is not None
     assert found.asked is not None
     assert str(no_plan(broken, [path])).startswith("no feasible plan: ")
+    golden([found, str(no_plan(broken, [path]))])
 
 
 def test_a_path_that_leaves_the_reach_names_the_robot(thin, searched):

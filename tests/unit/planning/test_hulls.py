@@ -66,7 +66,7 @@ def corner_distance(A, B):
 
 
 @pytest.mark.parametrize(("corners", "states"), [(40, 25), (5, 60)])
-def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, corners, states):
+def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, corners, states, golden):
     """With five corners the capsules around hulls say little of them: the order of the bounds is not that of hulls."""
     hulled, state = with_hulls(cell, corners), random_state(states)
     pairs = body_pairs(hulled)
@@ -79,6 +79,7 @@ def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, 
             corners.append(body.shape.hull @ T[min(i, len(T) - 1), :3, :3].T + T[min(i, len(T) - 1), :3, 3])
         margins = [corner_distance(corners[a], corners[b]) for a, b in zip(pairs.first, pairs.second, strict=True)]
         assert abs(found.margin_mm[i] - (margins - pairs.safety_mm).min()) < LEAST_SQUARES_MM
+    golden(found)
 
 
 def test_of_a_state_that_collides_one_pair_is_named_and_by_its_own_distance(hulled):

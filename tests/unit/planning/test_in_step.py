@@ -69,7 +69,7 @@ def test_the_home_of_one_robot_alone_is_none(folder, tmp_path):
     assert [read_cell(tmp_path / f"{name}.json").goes_from_home for name in ("both", "one")] == [True, False]
 
 
-def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder):
+def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder, golden):
     cell, q = read_cell(folder / "input" / "cell.json"), first_state(folder)
     cell = dataclasses.replace(cell, d1_mm=0.0)
     assert swept(folder, cell) == []
@@ -89,6 +89,7 @@ def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder):
     assert line.startswith("MOVJ C00000")
     assert "on the way there from home robot 1" in what
     assert "the way to the first point" not in (folder / "WPCAL_W2.jbi").read_text()
+    golden([what, told])
 
 
 @pytest.mark.parametrize(
@@ -101,12 +102,13 @@ def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder):
         ("wpcal_w2.ls", r"P\[3\]\{[^}]*?Y =", 2.5, "mm off the line of W2"),
     ],
 )
-def test_the_audit_finds_a_place_beside_the_seam_of_two_robots(file, before, by, says, folder, tmp_path):
+def test_the_audit_finds_a_place_beside_the_seam_of_two_robots(file, before, by, says, folder, tmp_path, golden):
     path = shutil.copytree(folder, tmp_path / "plan") / file
     stated = re.search(rf"{before}\s*([-\d.]+)", path.read_text(), re.DOTALL)
     path.write_text(f"{stated.string[: stated.start(1)]}{float(stated[1]) + by}{stated.string[stated.end(1) :]}")
     faults = [fault for each in audit_path(path.parent).files for fault in each.faults]
     assert any(says in fault.message and fault.line for fault in faults), faults
+    golden([fault.message for fault in faults])
 
 
 def test_the_audit_sweeps_both_programs_in_the_cell_of_the_plan(folder, tmp_path):

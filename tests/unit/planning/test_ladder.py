@@ -160,7 +160,7 @@ def test_the_sum_is_that_of_the_weighted_objectives(thin, start):
     assert model.cost == pytest.approx(weighted + beyond, rel=0, abs=SUM_ATOL)
 
 
-def test_the_gradient_is_that_of_the_sum(thin, start):
+def test_the_gradient_is_that_of_the_sum(thin, start, golden):
     rng = np.random.default_rng(0)
     rough = start.coordinates + rng.normal(0.0, 0.01, start.coordinates.shape)
     joints = joints_along(thin.cell, thin.path, rough, start.branches, start.joints[0])
@@ -174,6 +174,7 @@ def test_the_gradient_is_that_of_the_sum(thin, start):
         sums.append(linearise(thin, CandidatePath(moved, start.branches, joints), PULLS).cost)
     expected = 2.0 * (model.gradient(model.beyond > 0) * direction).sum()
     assert (sums[0] - sums[1]) / 2e-7 == pytest.approx(expected, rel=GRADIENT_RTOL)
+    golden(model)
 
 
 def test_the_blocks_are_those_of_the_normal_matrix(thin, start):
@@ -200,7 +201,7 @@ def test_a_step_reaches_the_least_of_the_model(thin, start):
     assert all(model.predicted_cost(step + rng.normal(0.0, 1e-3, step.shape)) > least for _ in range(20))
 
 
-def test_refining_never_makes_the_sum_larger_and_trades_as_the_weights_say(thin, start):
+def test_refining_never_makes_the_sum_larger_and_trades_as_the_weights_say(thin, start, golden):
     smooth, exact = (refine_path(thin, start, {POSITION: w, TORCH: w, MOTION: 1.0}) for w in (1e-5, 1e-1))
     for weight, path in ((1e-5, smooth), (1e-1, exact)):
         weights = {POSITION: weight, TORCH: weight, MOTION: 1.0}
@@ -209,6 +210,7 @@ def test_refining_never_makes_the_sum_larger_and_trades_as_the_weights_say(thin,
     values = {name: (a, b) for name, a, b in zip(OBJECTIVE_NAMES, *map(objectives(thin), (smooth, exact)), strict=True)}
     assert values["position_deg"][0] > 10 * values["position_deg"][1]
     assert values["motion_deg_per_mm"][0] < 0.8 * values["motion_deg_per_mm"][1]
+    golden(exact)
 
 
 def objectives(problem):

@@ -101,7 +101,7 @@ def test_the_field_is_a_lower_bound_of_the_distance():
     assert np.median((distance - bound)[near]) < 4 * field.cell_mm  # it is worth something
 
 
-def test_margins_are_lower_bounds_of_what_fcl_measures():
+def test_margins_are_lower_bounds_of_what_fcl_measures(golden):
     """Another measurement of the same bodies: all capsules against the real triangles, without bounds or grids."""
     given = read_sequence_input(TEE, fixed_cell())
     cell = given.placed(fixed_cell())
@@ -117,6 +117,7 @@ def test_margins_are_lower_bounds_of_what_fcl_measures():
     refused = ~found.is_clear & (true > FCL_MM) & compared
     assert refused.mean() < 0.03  # a bound that refuses everything is worth nothing
     assert 0.1 < found.is_clear.mean() < 0.95
+    golden(found)
 
 
 def _fcl_margin(cell, part, q):
@@ -168,7 +169,7 @@ def test_a_wrong_cell_is_one_line(tmp_path, change, says):
     assert "\n" not in str(error.value)
 
 
-def test_a_home_in_collision_is_told(tmp_path):
+def test_a_home_in_collision_is_told(tmp_path, golden):
     record = one_robot_record()
     cell = fixed_cell()
     q = random_axes(cell, 50)
@@ -176,6 +177,7 @@ def test_a_home_in_collision_is_told(tmp_path):
     record["torch_robot"]["home_deg"] = np.degrees(bad).tolist()
     issues = check_cell(read_one_robot(write_cell(tmp_path, record)))
     assert [issue.code for issue in issues if issue.code == "home"] == ["home"]
+    golden(issues)
 
 
 EXACT_MM = 1e-6  #: Exact points of two metres through the minimax fit.
@@ -209,7 +211,7 @@ def write_touched(path, T_base1_base2, n=5, noise=0.0):
 TRUTH = RigidTransform(rotation_from_zyx(0.01, -0.02, 3.0), [1480, -22, 7], target="base1", source="base2")
 
 
-def test_robot_2_is_where_the_points_say(cell_json, tmp_path):
+def test_robot_2_is_where_the_points_say(cell_json, tmp_path, golden):
     write_touched(tmp_path / "touched.csv", TRUTH)
     done = CliRunner().invoke(
         bases, [str(cell_json), str(tmp_path / "touched.csv"), "-o", str(tmp_path / "out")], standalone_mode=False
@@ -222,6 +224,7 @@ def test_robot_2_is_where_the_points_say(cell_json, tmp_path):
     (tmp_path / "whole.json").write_text(json.dumps(record))
     cell = read_cell(tmp_path / "whole.json")
     assert cell.T_base1_base2.is_close(TRUTH, atol_mm=EXACT_MM, atol_rad=EXACT_RAD)
+    golden(record)
 
 
 def test_points_that_do_not_agree_miss_the_tolerance_and_are_written(cell_json, tmp_path):

@@ -33,7 +33,7 @@ def sweep(first, last, n=2):
     return np.concatenate([joints1, np.repeat(AWAY[None], n, axis=0)], axis=1)
 
 
-def test_a_post_between_two_points_is_found(cell):
+def test_a_post_between_two_points_is_found(cell, golden):
     state = sweep(turned(-0.5), turned(0.5))
     tip = cell.tool_places(AWAY[None])[0, :3, 3]
     post = Shape("post", [[*tip[:2], 0]], [[*tip[:2], 2000]], [20])
@@ -45,6 +45,7 @@ def test_a_post_between_two_points_is_found(cell):
     assert "post" in found.clearance.nearest(found.worst)
     assert "post" in found.describe()
     assert 0.3 < found.s_mm[found.worst] < 0.7
+    golden(found)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -99,7 +100,7 @@ def test_between_points_all_joints_go_straight(cell):
     np.testing.assert_allclose(fine[13], state[1] + 0.3 * (state[2] - state[1]), rtol=0, atol=ROUND_OFF_RAD)
 
 
-def test_the_tip_leaves_the_line_by_the_rise_of_an_arc(cell):
+def test_the_tip_leaves_the_line_by_the_rise_of_an_arc(cell, golden):
     """Joint 1 alone turns the tip on a circle about the base: between two points it rises r (1 - cos(a/2))."""
     angle = 0.02
     state = sweep(AWAY, turned(angle))
@@ -107,6 +108,7 @@ def test_the_tip_leaves_the_line_by_the_rise_of_an_arc(cell):
     rise = np.hypot(*tip[:2]) * (1 - np.cos(angle / 2))
     found = rechecked(state, cell)
     np.testing.assert_allclose(found.tip_error_mm, rise, rtol=0, atol=ROUND_OFF_MM)
+    golden(found)
 
 
 def test_the_motion_between_states_is_that_of_the_farthest_body(cell):

@@ -30,12 +30,13 @@ def with_genetic(thin):
     return plan_seam(thin, genetic=FEW)
 
 
-def test_a_sweep_gives_one_path_for_each_set_of_weights(thin, swept):
+def test_a_sweep_gives_one_path_for_each_set_of_weights(thin, swept, golden):
     assert len(swept) == len(SWEEP)
     values = np.array([thin.objectives(path.coordinates, path.joints) for path in swept])
     tight = [row for row, weights in enumerate(SWEEP) if weights[TORCH] > 1e-2]
     assert (np.diff(values[tight, OBJECTIVES.index(POSITION)]) > 0).all()
     assert (np.diff(values[tight, OBJECTIVES.index(MOTION)]) < 0).all()
+    golden(swept)
 
 
 def test_an_interrupted_search_keeps_what_it_has(thin, swept, monkeypatch):
@@ -73,7 +74,7 @@ def test_a_front_dominates_a_volume_and_no_front_dominates_none(searched):
 
 
 @pytest.mark.parametrize("name", few(["searched", "with_genetic"], 1))
-def test_the_record_follows_its_schema_and_holds_the_plans(name, request):
+def test_the_record_follows_its_schema_and_holds_the_plans(name, request, golden):
     result = request.getfixturevalue(name)
     result = getattr(result, "result", result)
     record = json.loads(to_json(pareto_record(result, Preference.SMOOTH)))
@@ -86,6 +87,7 @@ def test_the_record_follows_its_schema_and_holds_the_plans(name, request):
         np.radians(chosen["robot2_deg"]), result.front.plans[record["chosen"] - 1].q[:, 6:], rtol=0, atol=1e-12
     )
     validator.validate(json.loads(to_json(failed_record(result.problem, "no feasible plan"))))
+    golden(record)
 
 
 @pytest.mark.deep

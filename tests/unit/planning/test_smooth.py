@@ -50,13 +50,14 @@ def peaks(way):
     return np.abs(speed).max(), np.abs(change).max()
 
 
-def test_joints_move_less_on_the_saddle(saddle):
+def test_joints_move_less_on_the_saddle(saddle, golden):
     """As measured for the way that a plan takes: 26 deg/s and 92 deg/s² before, 17 and 21 after."""
     _search, before, after = saddle
     speed, change = np.array(peaks(after)) / np.array(peaks(before))
     assert speed < 0.7
     assert change < 0.4
     assert after.motion_rad_mm < 0.85 * before.motion_rad_mm
+    golden([before, after])
 
 
 def test_the_wire_stays_on_the_seam_within_the_ranges(saddle):

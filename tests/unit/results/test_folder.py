@@ -77,7 +77,7 @@ def test_what_is_not_the_folder_of_a_result_is_refused(tmp_path, name, what):
         read_finished(tmp_path / name)
 
 
-def test_approach_and_retract_stand_back_along_the_wire_and_the_tool_by_its_standoff(finished_folder):
+def test_approach_and_retract_stand_back_along_the_wire_and_the_tool_by_its_standoff(finished_folder, golden):
     finished = read_finished(finished_folder()).select(["W1"])
     torch, motion = TorchSettings(standoff_mm=15.0), MotionSettings(approach_mm=40.0, retract_mm=60.0)
     path = build_program(finished, torch=torch, motion=motion).paths[0]
@@ -85,6 +85,7 @@ def test_approach_and_retract_stand_back_along_the_wire_and_the_tool_by_its_stan
     p = finished.seams[0].frames.p
     expected = np.concatenate([p[:1] + 55.0 * up[:1], p + 15.0 * up, p[-1:] + 75.0 * up[-1:]])
     np.testing.assert_allclose(path.p_base, expected, rtol=0, atol=ROUND_OFF_MM)
+    golden(path)
 
 
 def test_a_seam_of_one_frame_is_refused(finished_folder):

@@ -53,9 +53,10 @@ def test_the_row_to_touch_again_is_named_and_what_leaving_it_out_would_give():
     assert steps[-1] == "Then calibrate again."
 
 
-def test_the_feature_to_write_is_named():
+def test_the_feature_to_write_is_named(golden):
     steps = next_steps(fitted([(2, [0, 0, -10.0])], features=FEATURES))
     assert steps[0] == "If V9 was touched, write V9 as the feature of row V2. If not, touch V2 again."
+    golden(steps)
 
 
 def test_the_sigma_that_would_be_enough_is_stated():

@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -139,7 +140,7 @@ def test_a_marked_edge_through_a_block_is_refused_there_with_solid_and_place() -
     assert "inside block, from (80.0, 46.0, 10.0)" in seams[1].against[0]
 
 
-def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_path: Path) -> None:
+def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_path: Path, golden: Any) -> None:
     graph, seams = saved_graph("crossed-tee"), saved_seams("crossed-tee")
     record = json.loads(to_json(seams_record(seams)))
     for seam in record["seams"]:
@@ -151,6 +152,7 @@ def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_pat
     blocked = [seam for seam in after if seam.inside]
     assert [seam.accepted for seam in blocked] == [False] * 3
     assert all("stays refused" in seam.reasons[-1] for seam in blocked)
+    golden(after)
 
 
 def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() -> None:

@@ -45,7 +45,7 @@ def test_a_file_without_edits_changes_nothing(tmp_path: Path) -> None:
     assert to_json(seams_record(tuple(after(path).values()))) == to_json(seams_record(saved_seams("tee")))
 
 
-def test_reject_reverse_name_and_range(tmp_path: Path) -> None:
+def test_reject_reverse_name_and_range(tmp_path: Path, golden: Any) -> None:
     def edit(seams: list[dict[str, Any]]) -> None:
         seams[0]["edit"] = {"reject": True}
         seams[1]["edit"] = {"reverse": True, "name": "front"}
@@ -64,6 +64,7 @@ def test_reject_reverse_name_and_range(tmp_path: Path) -> None:
     assert part.length_mm == pytest.approx(100.5, rel=0, abs=ROUND_OFF_MM)
     x = W3.frames.R[0, :, 0]
     np.testing.assert_allclose(part.frames.p[[0, -1]], W3.frames.p[0] + np.outer([20, 120.5], x), rtol=0, atol=1e-9)
+    golden(seams)
 
 
 def test_a_part_of_a_loop_begins_and_ends_on_the_curve(tmp_path: Path) -> None:
@@ -77,7 +78,7 @@ def test_a_part_of_a_loop_begins_and_ends_on_the_curve(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.hypot(*part.frames.p[:, :2].T), 25.0, rtol=0, atol=1e-6)
 
 
-def test_two_stretches_of_one_seam(tmp_path: Path) -> None:
+def test_two_stretches_of_one_seam(tmp_path: Path, golden: Any) -> None:
     def edit(seams: list[dict[str, Any]]) -> None:
         seams.append(json.loads(json.dumps(seams[1])))
         seams[1]["edit"] = {"name": "near", "range_mm": [0, 30]}
@@ -85,6 +86,7 @@ def test_two_stretches_of_one_seam(tmp_path: Path) -> None:
 
     seams = after(edited_file(tmp_path, edit))
     assert [(name, round(seam.length_mm, 9)) for name, seam in seams.items()][1:3] == [("near", 30.0), ("far", 50.0)]
+    golden(seams)
 
 
 def test_the_result_can_be_given_back_again_and_under_other_options(tmp_path: Path) -> None:

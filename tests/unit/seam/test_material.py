@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,13 +86,14 @@ def test_the_share_of_points_inside_is_the_volume(name: str, volume_mm3: float |
     assert ((turns != 0) & (turns != 1)).sum() <= MISCOUNTED * len(points)
 
 
-def test_each_part_of_a_torch_is_felt_where_it_is() -> None:
+def test_each_part_of_a_torch_is_felt_where_it_is(golden: Any) -> None:
     material = exact("sharp-box")  # its top is at z = 20
     p = np.array([[0.0, 0, 10], [0, 0, -22.0], [49.9, 0, -45], [55.1, 0, -45], [0, 0, 20]])
     found = find_poses_in_material(material, p, np.repeat(UP, len(p), axis=0))
     assert found.row.tolist() == [0, 1, 2]
     assert found.part == (TorchPart.TIP, TorchPart.WIRE, TorchPart.NOZZLE)
     assert set(found.solid) == set(material.names)
+    golden(found)
 
 
 def test_a_nozzle_that_starts_inside_a_thick_solid_is_felt() -> None:

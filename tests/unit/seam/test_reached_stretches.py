@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -137,7 +138,7 @@ def test_coarse_stations_are_felt_between_them() -> None:
         assert [round(seam.length_mm) for seam in blocked] == [30]
 
 
-def test_leans_are_kept_in_the_record_and_taken_by_programs() -> None:
+def test_leans_are_kept_in_the_record_and_taken_by_programs(golden: Any) -> None:
     found = [seam for seam in saved_seams("tee-beside-block") if seam.accepted or seam.blocked_by]
     read = seams_from_record(json.loads(to_json(seams_record(found))), path="seams.json")
     for seam, again in zip(found, read, strict=True):
@@ -150,6 +151,7 @@ def test_leans_are_kept_in_the_record_and_taken_by_programs() -> None:
             wire = wire_directions(tool_rotations(again.frames.R, torch, again.lean_rad), torch.tool_axis)
             back = back_directions(seam.frames.R, seam.lean_rad)
             np.testing.assert_allclose(wire, -back, rtol=0, atol=1e-12)
+    golden(read)
 
 
 def test_a_lean_replaces_the_angles_of_the_user_only_where_there_is_one() -> None:

@@ -31,7 +31,7 @@ def drawn(rng):
 
 @pytest.mark.parametrize("torch", TORCHES[:3], ids=str)
 @pytest.mark.parametrize("seed", few(range(20), 2))
-def test_a_swept_torch_meets_what_it_meets_at_every_place(seed, torch):
+def test_a_swept_torch_meets_what_it_meets_at_every_place(seed, torch, golden):
     rng = np.random.default_rng(seed)
     part, axis = drawn(rng), (ToolAxis.Z, ToolAxis.X)[seed % 2]
     ways = [
@@ -43,6 +43,7 @@ def test_a_swept_torch_meets_what_it_meets_at_every_place(seed, torch):
     all_of_it = find_poses_in_material(part, swept.p, -wire_directions(swept.R, axis), torch, bend=bend)
     assert 0 < len(found) < len(swept.at)
     assert (found.row.tolist(), found.solid, found.part) == (all_of_it.row.tolist(), all_of_it.solid, all_of_it.part)
+    golden([swept, found])
 
 
 def test_most_places_far_from_a_part_are_not_compared():

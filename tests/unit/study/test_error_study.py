@@ -31,11 +31,12 @@ def test_errors_scale_with_their_bound():
     assert np.median(two / one) == pytest.approx(2.0, rel=0, abs=0.02)  # rotations are linear up to their square
 
 
-def test_errors_are_usually_below_half_a_millimetre_and_partly_cancel():
+def test_errors_are_usually_below_half_a_millimetre_and_partly_cancel(golden):
     result = study(bound_mm=0.5)
     assert 0.55 < result.share_below_usual < 0.7
     assert result.errors_mm.max() < 1.3
     assert sum(result.histogram()[0]) == TRIALS
+    golden(result)
 
 
 def test_corners_are_worse_and_a_common_error_moves_the_part_by_itself():

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -101,7 +102,7 @@ def test_the_choice_is_nearly_the_best_of_all_sets() -> None:
     assert found < 0.5 * np.median(every)
 
 
-def test_a_body_without_a_touch_is_touched_next() -> None:
+def test_a_body_without_a_touch_is_touched_next(golden: Any) -> None:
     made = np.flatnonzero(PART.body != 3)
     have = choices(PART, MODEL, made.tolist()).rows, PART.p[made]
     advice = advise_moved(MODEL, choices(PART, MODEL), OWN.seams, HowMany(1), have=have)
@@ -112,9 +113,10 @@ def test_a_body_without_a_touch_is_touched_next() -> None:
     assert touch.after_mm < touch.before_mm
     assert "on U3" in touch.sentence()
     assert f"seam W3 from {touch.before_mm:.2f} mm to {touch.after_mm:.2f} mm" in touch.sentence()
+    golden(advice)
 
 
-def test_more_touches_are_taken_until_the_tolerance_is_reached() -> None:
+def test_more_touches_are_taken_until_the_tolerance_is_reached(golden: Any) -> None:
     loose, tight = (advised(PART, tolerance_mm=mm) for mm in (3.0, 1.2))
     assert len(loose.touches) < len(tight.touches) < len(PART.p)
     assert loose.joint_95_mm <= 3.0
@@ -122,9 +124,10 @@ def test_more_touches_are_taken_until_the_tolerance_is_reached() -> None:
     assert loose.why_not == tight.why_not == ""
     fewer = advised(PART, count=len(tight.touches) - 2)
     assert fewer.joint_95_mm > 1.2
+    golden([loose, tight, fewer])
 
 
-def test_what_cannot_be_reached_says_why() -> None:
+def test_what_cannot_be_reached_says_why(golden: Any) -> None:
     on_others = np.flatnonzero(PART.body != 2).tolist()
     assert "nothing on U2 can be touched" in advised(PART, on_others, tolerance_mm=0.8).why_not
     assert "all 30 places" in advised(PART, tolerance_mm=0.1).why_not
@@ -135,6 +138,7 @@ def test_what_cannot_be_reached_says_why() -> None:
     some = TouchChoices(tuple(f"T{i}" for i in k), ("",) * len(k), PART.body, PART.p, rows)
     advice = advise_moved(model, some, OWN.seams, HowMany(tolerance_mm=1.5))
     assert "--post" in advice.why_not
+    golden(advice)
 
 
 def test_a_kept_contact_keeps_the_gap() -> None:

@@ -8,6 +8,7 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def test_a_planted_cause_is_dated_and_named(
     assert right >= 18
 
 
-def test_three_causes_one_after_the_other() -> None:
+def test_three_causes_one_after_the_other(golden: Any) -> None:
     planted = (Planted("P1", 40, 0.8), Planted("fixture", 90, 1.5), Planted("robot", 150, 0.8))
     part = watch_part(simulated_jobs(200, seed=4, planted=planted))
     assert [shift.likely.cause for shift in part.shifts] == [Cause.TOUCH, Cause.FIXTURE, Cause.ROBOT]
@@ -58,6 +59,7 @@ def test_three_causes_one_after_the_other() -> None:
     assert part.most_wrong == 1
     assert part.shifts[0].likely.amount == pytest.approx(0.8, abs=0.1)
     assert part.shifts[2].likely.amount == pytest.approx(0.0008, abs=0.0001)
+    golden(part)
 
 
 @pytest.mark.parametrize("n", [8, 30, 200])
@@ -87,12 +89,13 @@ def test_cusum_with_a_known_centre_and_sigma_alarms_once_in_465_jobs() -> None:
     assert f"one in {465} jobs" in RULES[1]["false_alarm"]
 
 
-def test_cusum_sees_what_single_jobs_do_not() -> None:
+def test_cusum_sees_what_single_jobs_do_not(golden: Any) -> None:
     values = np.random.default_rng(2).normal(size=(200, 1))
     values[100:] += 1.0
     charts = control_charts(values)
     assert not charts.alarms[:100].any()
     assert charts.alarms[100:130].any()
+    golden(charts)
 
 
 def test_numbers_of_the_pose_do_not_wrap() -> None:
@@ -115,7 +118,7 @@ def test_equal_jobs_have_no_alarm_and_a_step_between_equal_jobs_is_a_shift() -> 
     assert (shift.at, shift.likely.cause) == (12, Cause.FIXTURE)
 
 
-def test_a_touch_on_a_face_is_seen_in_one_direction() -> None:
+def test_a_touch_on_a_face_is_seen_in_one_direction(golden: Any) -> None:
     """Touches along one normal each: planted 1 mm at one of nine, 3-2-1 and three more; the answer is that point."""
     rng, n = np.random.default_rng(7), 60
     places = rng.uniform(-200, 200, (9, 3))
@@ -133,6 +136,7 @@ def test_a_touch_on_a_face_is_seen_in_one_direction() -> None:
     (shift,) = watch_part(jobs).shifts
     assert abs(shift.at - 30) <= NEAR
     assert 4 in shift.likely.points
+    golden(watch_part(jobs))
 
 
 def test_page_and_record_over_5000_jobs() -> None:

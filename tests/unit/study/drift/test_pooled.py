@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,7 +50,7 @@ def test_scatter_is_the_touch_and_what_stays_is_the_robot() -> None:
 
 
 @pytest.mark.parametrize("tilt_deg", [30.0, 0.0])
-def test_a_tool_that_varies_from_job_to_job_is_told_where_the_postures_show_it(tilt_deg: float) -> None:
+def test_a_tool_that_varies_from_job_to_job_is_told_where_the_postures_show_it(tilt_deg: float, golden: Any) -> None:
     jobs, rng = jobs_of_a_robot(0.2, 3), np.random.default_rng(3)
     angles = np.radians(tilt_deg) * rng.normal(size=(JOBS, 8, 3))
     off = rng.normal(size=(JOBS, 1, 3)) * [0.1, 0.1, 0.6]
@@ -65,6 +66,7 @@ def test_a_tool_that_varies_from_job_to_job_is_told_where_the_postures_show_it(t
     assert pooled.sigma_mm == pytest.approx(SIGMA_MM, rel=0.2)  # what the tool does is no scatter of touches
     assert found.along_mm == pytest.approx(0.6, rel=0.35)
     assert found.side_mm < 0.25
+    golden(pooled)
 
 
 def test_the_file_is_what_calibrate_takes(tmp_path: Path) -> None:

@@ -61,21 +61,6 @@ def test_holes_have_entry_depth_and_form() -> None:
         assert 2 * graph.face_param[hole.faces[0], 0] == pytest.approx(hole.diameter_mm, rel=0, abs=ROUND_OFF_MM)
 
 
-def test_a_boss_is_no_hole() -> None:
-    (boss,) = of_kind(find_features(saved_graph("block")), FeatureKind.BOSS)
-    np.testing.assert_allclose(boss.p_mm, [50, 70, 35], rtol=0, atol=ROUND_OFF_MM)
-    np.testing.assert_allclose([boss.diameter_mm, boss.length_mm], [20, 15], rtol=0, atol=ROUND_OFF_MM)
-
-
-def test_slot() -> None:
-    (slot,) = of_kind(find_features(saved_graph("block")), FeatureKind.SLOT)
-    np.testing.assert_allclose(slot.p_mm, [130, 70, 20], rtol=0, atol=ROUND_OFF_MM)
-    sizes = [slot.diameter_mm, slot.length_mm, slot.depth_mm]
-    np.testing.assert_allclose(sizes, [12, 40, 20], rtol=0, atol=ROUND_OFF_MM)
-    assert slot.is_through
-    assert len(slot.faces) == 4
-
-
 def test_datum_planes_and_axes_carry_their_faces() -> None:
     graph = saved_graph("block")
     features = find_features(graph)
@@ -112,32 +97,10 @@ def test_rounds_leave_virtual_corners(rounded: str) -> None:
     assert all(item.ease is Ease.VAGUE for item in judged if item.feature.kind is FeatureKind.VERTEX)
 
 
-def test_a_sharp_box_has_no_virtual_corner() -> None:
-    features = find_features(saved_graph("sharp-box"))
-    kinds = Counter(feature.kind for feature in features)
-    assert kinds == {FeatureKind.VERTEX: 8, FeatureKind.EDGE_MIDPOINT: 12, FeatureKind.PLANE: 6}
-
-
-def test_the_two_flanges_of_a_bracket_have_two_holes_and_one_axis() -> None:
-    features = find_features(saved_graph("bracket"))
-    left, right = of_kind(features, FeatureKind.HOLE)
-    np.testing.assert_allclose([left.depth_mm, right.depth_mm], [10, 10], rtol=0, atol=ROUND_OFF_MM)
-    (axis,) = of_kind(features, FeatureKind.AXIS)
-    assert sorted(axis.faces) == sorted(left.faces + right.faces)
-    assert axis.length_mm == pytest.approx(60, rel=0, abs=ROUND_OFF_MM)
-
-
 def test_a_cross_hole_does_not_make_a_blind_hole_through() -> None:
     holes = of_kind(find_features(saved_graph("cross-hole")), FeatureKind.HOLE)
     wide = next(hole for hole in holes if hole.diameter_mm == 16)
     assert wide.is_through is False
-
-
-def test_a_drill_point_is_not_counted_as_depth() -> None:
-    (hole,) = of_kind(find_features(saved_graph("drilled")), FeatureKind.HOLE)
-    assert hole.depth_mm == pytest.approx(25, rel=0, abs=ROUND_OFF_MM)
-    assert hole.is_through is False
-    assert hole.form is HoleForm.PLAIN
 
 
 def shuffled(graph: BrepGraph, seed: int) -> tuple[BrepGraph, IntArray]:

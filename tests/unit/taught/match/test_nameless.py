@@ -1,6 +1,7 @@
 """Points without names: the one answer, or a refusal that says what would settle it."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,12 +26,13 @@ def without_names(p_base: FloatArray) -> TaughtPoints:
     return replace(taught, features=("",) * len(p_base))
 
 
-def test_an_odd_part_has_one_answer() -> None:
+def test_an_odd_part_has_one_answer(golden: Any) -> None:
     rng = np.random.default_rng(0)
     points = random_points(rng, 100)
     T = random_pose(rng)
     named = name_points(without_names(T.apply(points[[4, 9, 30, 77]])), as_features(points))
     assert named.features == ("V5", "V10", "V31", "V78")
+    golden(named)
 
 
 def test_names_that_are_there_are_not_looked_at() -> None:
@@ -88,15 +90,16 @@ def test_the_point_that_is_asked_for_settles_it() -> None:
     assert named.features == ("V1", "V2", "V3", "V5", "V9")
 
 
-def test_close_features_are_told_from_symmetry() -> None:
+def test_close_features_are_told_from_symmetry(golden: Any) -> None:
     points = np.concatenate([random_points(np.random.default_rng(2), 30), [[500.0, 300, 150], [500.4, 300, 150]]])
     match = match_points(without_names(points[[0, 1, 2, 30]]), as_features(points))
     assert match.chosen is None
     assert "P4 may be V31 or V32" in match.reason
     assert name_points(without_names(points[[0, 1, 2, 30]]), as_features(points), sigma_mm=0.02).features[3] == "V31"
+    golden(match)
 
 
-def test_the_error_that_the_points_state_is_used() -> None:
+def test_the_error_that_the_points_state_is_used(golden: Any) -> None:
     points = random_points(np.random.default_rng(6), 50)
     taught = points[:5] + 2.0 * np.random.default_rng(0).standard_normal((5, 3))
     with pytest.raises(GeometryError, match=r"error of 0\.3 mm"):
@@ -104,6 +107,7 @@ def test_the_error_that_the_points_state_is_used() -> None:
     covariances = np.tile(4.0 * np.eye(3), (5, 1, 1))
     match = match_points(replace(without_names(taught), covariances=covariances), as_features(points))
     assert match.answers[0].features == ("V1", "V2", "V3", "V4", "V5")
+    golden(match)
 
 
 def test_a_mis_taught_point_fits_nothing() -> None:

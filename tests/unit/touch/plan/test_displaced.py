@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def test_a_way_beside_a_long_part_is_refused_if_the_part_may_turn() -> None:
         assert displaced.lets_pass(torch, wire_mm, p, down) is passes
 
 
-def test_the_tool_turns_over_the_part_and_not_on_the_rise() -> None:
+def test_the_tool_turns_over_the_part_and_not_on_the_rise(golden: Any) -> None:
     plan = replace(tee_plan(), standoff_mm=15.0)
     a, b = plan.searches[:2]
     tips = np.array([a.retract, b.approach]) + np.array([0.0, 0.0, 50.0])
@@ -62,6 +63,7 @@ def test_the_tool_turns_over_the_part_and_not_on_the_rise() -> None:
     steps = TouchProgram(replace(plan, searches=(a, b))).steps(plan.T_base_part)[1]
     np.testing.assert_allclose(steps.R, [a.R_part_tool, *[b.R_part_tool] * 5], rtol=0, atol=1e-12)
     np.testing.assert_allclose((steps.p + 15.0 * steps.R[:, :, 2])[:2], tips, rtol=0, atol=1e-9)
+    golden(steps)
 
 
 @pytest.mark.parametrize("standoff_mm", few([200.0, 0.0], 1))

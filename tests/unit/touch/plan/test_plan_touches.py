@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -89,7 +90,7 @@ def test_opposite_touches_cancel_the_latency() -> None:
 
 
 @pytest.mark.parametrize("name", few(["saddle", "tee"], 1))
-def test_every_search_keeps_the_rules(name: str) -> None:
+def test_every_search_keeps_the_rules(name: str, golden: Any) -> None:
     part = touch_part(name)
     options = TouchOptions()
     plan = plan_touches(part, options=options)
@@ -109,9 +110,10 @@ def test_every_search_keeps_the_rules(name: str) -> None:
         assert first == pytest.approx(before + search.radius_mm, abs=1e-3)  # the face itself
         assert np.linalg.det(search.R_part_tool) == pytest.approx(1.0)
         assert np.linalg.eigvalsh(search.covariance_part)[0] > 0.0
+    golden(plan)
 
 
-def test_rounds_are_not_touched_although_they_look_everywhere() -> None:
+def test_rounds_are_not_touched_although_they_look_everywhere(golden: Any) -> None:
     part = touch_part("rounded-upright")
     found, _ = find_places(part.graph, part.trimmed, PartPlace.of(part.trimmed, UP), TouchOptions())
     strokes = find_strokes(part.graph, part.trimmed, found, TouchOptions())
@@ -119,6 +121,7 @@ def test_rounds_are_not_touched_although_they_look_everywhere() -> None:
     round_ = part.graph.face_kind[strokes.contacts.face] == SurfaceKind.CYLINDER
     assert len(strokes)
     assert not (round_ & (radius < 6.0)).any()
+    golden(strokes)
 
 
 def test_faces_of_one_surface_have_one_label() -> None:
@@ -132,7 +135,7 @@ def test_faces_of_one_surface_have_one_label() -> None:
     assert len(np.unique(labels)) >= 6
 
 
-def test_a_part_that_stands_otherwise_is_touched_from_its_upper_side() -> None:
+def test_a_part_that_stands_otherwise_is_touched_from_its_upper_side(golden: Any) -> None:
     part = touch_part("tee")
     place = RigidTransform.from_six_tuple([800.0, 0, 500.0, math.radians(90), 0, 0.4], target="base", source="part")
     plan = plan_touches(part, options=TouchOptions(), T_base_part=place)
@@ -140,9 +143,10 @@ def test_a_part_that_stands_otherwise_is_touched_from_its_upper_side() -> None:
     assert (wire[:, 2] <= -0.5 + SAME).all()
     again = plan_from_record(touches_record(plan))
     assert again.fingerprint == plan.fingerprint
+    golden(plan)
 
 
-def test_a_post_comes_first_and_makes_the_seams_sure() -> None:
+def test_a_post_comes_first_and_makes_the_seams_sure(golden: Any) -> None:
     part = touch_part("lap")
     without = plan_touches(part, options=TouchOptions())
     plan = plan_touches(part, options=TouchOptions(post_base=(300.0, 0.0, 50.0)))
@@ -152,9 +156,10 @@ def test_a_post_comes_first_and_makes_the_seams_sure() -> None:
     assert plan.predicted is not None
     assert without.predicted is not None
     assert plan.predicted.error_95_mm < without.predicted.error_95_mm
+    golden([without.searches, plan.searches])
 
 
-def test_patterns_have_six_touches_and_never_less_error() -> None:
+def test_patterns_have_six_touches_and_never_less_error(golden: Any) -> None:
     part = touch_part("tee")
     best = plan_touches(part, options=TouchOptions(touches=6))
     assert best.predicted is not None
@@ -166,6 +171,7 @@ def test_patterns_have_six_touches_and_never_less_error() -> None:
         if pattern is Pattern.THREE_TWO_ONE:
             axes = np.abs(np.array([search.normal_part for search in plan.searches])).argmax(axis=1)
             assert sorted(np.bincount(axes, minlength=3).tolist()) == [1, 2, 3]
+    golden([best, plan])
 
 
 def test_what_is_wrong_is_one_line() -> None:

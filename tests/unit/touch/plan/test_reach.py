@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,7 +43,7 @@ def reach() -> ArmReach:
     return ArmReach.of(fixed_cell((700.0, -100.0, 150.0)), None, material)
 
 
-def test_joints_are_those_of_the_searches_and_every_move_is_free(reach: ArmReach) -> None:
+def test_joints_are_those_of_the_searches_and_every_move_is_free(reach: ArmReach, golden: Any) -> None:
     cell = reach.cell
     options = TouchOptions(up_base=reach.up_base, post_base=(500.0, 300.0, 300.0))
     plan = plan_touches(
@@ -76,6 +77,7 @@ def test_joints_are_those_of_the_searches_and_every_move_is_free(reach: ArmReach
     kept = plan_from_record(json.loads(to_json(touches_record(plan))))  # with its arm, whose file may not be there
     texts = controller_named("rapid").write_touches(TouchProgram(kept, arm=kept.arm))
     assert any("confdata is computed" in text for text in texts.values())
+    golden(plan)
 
 
 def test_a_part_out_of_reach_is_one_line(reach: ArmReach) -> None:
@@ -93,7 +95,7 @@ def test_an_arm_alone_has_no_floor() -> None:
     assert cell.torch
 
 
-def test_the_tool_of_an_arm_is_the_tool_centre_point_and_its_tip_makes_the_searches() -> None:
+def test_the_tool_of_an_arm_is_the_tool_centre_point_and_its_tip_makes_the_searches(golden: Any) -> None:
     place = RigidTransform(np.eye(3), [700.0, -100.0, 150.0], "base", "part")
     cell = ArmAsked(arm="mh6", tool="0,0,350,0,30,0").to_cell(USUAL_TORCH, is_placed=True, standoff_mm=15.0)
     assert cell is not None
@@ -106,6 +108,7 @@ def test_the_tool_of_an_arm_is_the_tool_centre_point_and_its_tip_makes_the_searc
         T = cell.arm.forward(search.joints) @ T_tool
         tips = place.apply(np.stack([search.approach, search.start, search.end]))
         np.testing.assert_allclose(T[:, :3, 3] + 15.0 * T[:, :3, 2], tips, rtol=0, atol=PLACE_MM)
+    golden(plan)
 
 
 def test_a_way_to_a_search_is_free_in_lines_too_as_programs_write_it(
