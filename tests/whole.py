@@ -1,8 +1,7 @@
 """Whole records as numbers and words, for golden results: every field and every property, by its place.
 
 The leaves of records of one type are one column. A long column of numbers is stored as its count and two sums with
-uneven weights: no value of it changes without them. `pytest tests --regenerate` writes the columns of records that
-changed; a person then reads the difference.
+uneven weights: no value of it changes without them. `pytest FILE --regenerate` writes records that changed.
 """
 
 import json
