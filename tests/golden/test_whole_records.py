@@ -9,6 +9,7 @@ import pytest
 from tests.saved_graphs import GRAPHS, saved_graph, saved_seams
 from tests.shown_programs import PROGRAMS
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.calibrate.observe.targets import _Cloud
 from wpcal.controllers.audit.programs import Surroundings, executed
 from wpcal.controllers.judge.execute import interpreted
 from wpcal.controllers.registry import grammar_of_file
@@ -44,3 +45,7 @@ def test_points_and_motions(folder: str, golden: Any) -> None:
         assert language in LANGUAGES
         together[language + name[-7:-4] * ("_R" in name)][name] = texts[name]
     golden([read, [executed(own, Surroundings(PLACE)) for own in together.values()]])
+
+
+def test_samples_of_a_free_form_face(golden: Any) -> None:
+    golden(_Cloud.of(TrimmedFaces.of(saved_graph("bead-leaning-pipe")), 1))
