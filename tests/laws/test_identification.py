@@ -14,6 +14,7 @@ from wpcal.core.tangent import exp_rotation
 from wpcal.robot.identify.error_summary import distances_mm, judge
 from wpcal.robot.identify.identifiability import Noise
 from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions, identify_arm
+from wpcal.robot.identify.identification_record import identification_record
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
@@ -112,17 +113,20 @@ def test_full_poses_with_unknown_base_and_tool_are_met():
     assert result.arm.chain.T_base_dh0 is MH6.chain.T_base_dh0  # the set-up of the instrument is no part of the arm
 
 
-def test_held_out_poses_prove_the_improvement_and_folds_agree():
-    observations = measured(5, noise=NOISE)
-    split = identify_arm(MH6, observations)
-    folds = identify_arm(MH6, observations, options=IdentifyOptions(folds=7))
-    assert split.verdict.improved
-    assert folds.verdict.improved
-    assert len(split.test) == 20
-    assert sorted(folds.test.tolist()) == list(range(70))
-    assert not set(split.test.tolist()) & set(split.train.tolist())
-    assert split.before.distance_mm.mean > 3
-    assert split.after.distance_mm.mean < 0.12  # three times a coordinate's noise would be 0.15
+@pytest.mark.parametrize("name", ["poses", "places", "reflectors", "wrong", "folds"])
+def test_every_value_of_an_identification(name, golden):
+    seen, which = measured(5, 43, NOISE), np.arange(43) % 3
+    p, R = seen.p_base.copy(), seen.R_base_flange
+    p[7] += [3.1, -2.2, 1.7] if name == "wrong" else 0.0
+    seen = replace(seen, p_base=p)
+    if name == "places":
+        seen = PoseObservations(seen.joints, p + 0.3 * np.sin(p / 400.0))
+    elif name == "reflectors":
+        offsets = np.array([[41.0, -9, 77], [-52, 33, 81], [7, 63, -18]])[which]
+        seen = PoseObservations(seen.joints, p + np.einsum("nij,nj->ni", R, offsets), None, ("A", "B", "C"), which)
+    asked = IdentifyOptions(expected_mm=1.7, free_base=name == "poses", folds=3 if name == "folds" else None)
+    found = identify_arm(MH6, seen, options=asked, test=which == 1 if name in ("poses", "wrong") else None)
+    golden([found, identification_record(found)])
 
 
 @pytest.mark.parametrize("seed", few(range(10), 1))
@@ -234,3 +238,16 @@ def test_real_poses_left_out_one_at_a_time():
     assert result.after.distance_mm.largest <= 0.30
     assert result.before.distance_mm.mean > 2
     assert result.verdict.improved
+
+
+def test_held_out_poses_prove_the_improvement_and_folds_agree():
+    observations = measured(5, noise=NOISE)
+    split = identify_arm(MH6, observations)
+    folds = identify_arm(MH6, observations, options=IdentifyOptions(folds=7))
+    assert split.verdict.improved
+    assert folds.verdict.improved
+    assert len(split.test) == 20
+    assert sorted(folds.test.tolist()) == list(range(70))
+    assert not set(split.test.tolist()) & set(split.train.tolist())
+    assert split.before.distance_mm.mean > 3
+    assert split.after.distance_mm.mean < 0.12  # three times a coordinate's noise would be 0.15

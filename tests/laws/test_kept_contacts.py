@@ -1,6 +1,7 @@
 """Fits of bodies with kept contacts, and with errors that all touches share: bands hold, nothing is called moved."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,7 +41,7 @@ def lifted(part: Weldment, true: Motions, body: int, by_mm: float) -> Motions:
     return replace(true, v_mm=v)
 
 
-def test_the_pair_that_came_apart_is_named_with_its_gap_and_no_touch_is_called_wrong() -> None:
+def test_the_pair_that_came_apart_is_named_with_its_gap_and_no_touch_is_called_wrong(golden: Any) -> None:
     rng, part, wrong = np.random.default_rng(1), uprights(6), 0
     for _ in range(RUNS):
         true = lifted(part, held(part, part.drawn(rng)), 3, 3.0)
@@ -52,6 +53,7 @@ def test_the_pair_that_came_apart_is_named_with_its_gap_and_no_touch_is_called_w
         assert "mm apart)" in found.contacts_sentence()
         wrong += bool(found.wrong)
     assert wrong <= 1
+    golden([found, found.to_record()])
 
 
 def test_contacts_that_hold_are_not_blamed_and_a_wrong_touch_is_named() -> None:

@@ -1,6 +1,7 @@
 """Laws of weldments whose bodies moved: limits of the tolerance, exactness without noise, false alarms, coverage."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,7 +66,7 @@ def test_motions_are_exact_without_noise() -> None:
         )
 
 
-def test_the_parts_of_the_error_are_within_the_whole() -> None:
+def test_the_parts_of_the_error_are_within_the_whole(golden: Any) -> None:
     """Uprights touched on their large faces only: along the seam nothing holds them but the tacks."""
     rng = np.random.default_rng(4)
     part = uprights(2)
@@ -78,6 +79,7 @@ def test_the_parts_of_the_error_are_within_the_whole() -> None:
     assert (errors.placing_mm + errors.unseen_mm >= errors.total_mm - 1e-9).all()
     values = np.linalg.eigvalsh(found.covariance - found.unseen)
     assert values.min() > -1e-9
+    golden([errors, found])
 
 
 @pytest.mark.parametrize("each", few([1, 6], 1))

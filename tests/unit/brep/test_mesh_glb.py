@@ -12,10 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh import PartMesh, SolidMesh, vertex_normals
 from wpcal.brep.mesh_glb import STEPS, STEPS_PER_DEFLECTION, read_part_glb, write_part_glb
 from wpcal.brep.moved_mesh import moved_glb, read_moved_glb
 from wpcal.core.errors import FormatError
+from wpcal.core.transform import RigidTransform
 
 HALF_STEP = 0.5001  #: Of a solid's own grid: rounding to the nearest step, and round-off.
 COLOUR_DIGIT = 2e-4  #: Colours are stored with 6 digits of linear light and given back with 4 of sRGB.
@@ -88,14 +90,6 @@ def test_a_large_solid_gets_wide_indices() -> None:
     assert len(found.edges) == 0
 
 
-def test_normals_point_outward() -> None:
-    solid = box("a", (10.0, 20.0, 5.0))
-    n = vertex_normals(solid.points, solid.triangles)
-    np.testing.assert_allclose(np.linalg.norm(n, axis=1), 1.0, rtol=0, atol=TURN)
-    outward = np.sum(n * (solid.points - [5.0, 10.0, 2.5]), axis=1)
-    np.testing.assert_allclose(outward, np.repeat([5.0, 5.0, 10.0, 10.0, 2.5, 2.5], 4), rtol=0, atol=TURN)
-
-
 def test_a_triangle_without_area_has_some_normal() -> None:
     n = vertex_normals(np.zeros((3, 3)), np.array([[0, 1, 2]]))
     np.testing.assert_array_equal(n, [[0.0, 0.0, 1.0]] * 3)
@@ -121,7 +115,7 @@ GOLDEN = Path(__file__).parents[3] / "fixtures" / "uprights" / "golden"
 STEP_MM = 0.01  #: Larger than the step of the coordinates in the file.
 
 
-def test_every_solid_is_where_its_body_is() -> None:
+def test_every_solid_is_where_its_body_is(golden: Any) -> None:
     data = (GOLDEN / "part.glb").read_bytes()
     calibration = json.loads((GOLDEN / "calibration.json").read_text())
     motion = {body["name"]: np.array(body["T_part_moved"]) for body in calibration["bodies"]["bodies"]}
@@ -133,6 +127,15 @@ def test_every_solid_is_where_its_body_is() -> None:
         assert new.color_rgb == old.color_rgb
         assert len(new.triangles) == len(old.triangles)
     assert max(np.abs(new.points - old.points).max() for old, new in zip(model.solids, moved.solids, strict=True)) > 0.2
+    normals = [vertex_normals(each.points, each.triangles) for each in moved.solids]
+    golden(
+        [
+            model,
+            moved,
+            normals,
+            TriangleMaterial.of(moved, RigidTransform(np.eye(3)[[1, 2, 0]], [7.0, -9, 5], "a", "b")),
+        ]
+    )
 
 
 def test_a_rigid_part_stays_as_it_is() -> None:

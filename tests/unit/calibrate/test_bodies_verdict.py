@@ -1,6 +1,7 @@
 """The verdict on a weldment whose bodies may have moved: never PASS on what nothing tests."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,9 +66,10 @@ def judged(
         ),
     ],
 )
-def test_reasons(options: dict[str, object], kind: VerdictKind, reason: VerdictReason) -> None:
+def test_reasons(options: dict[str, object], kind: VerdictKind, reason: VerdictReason, golden: Any) -> None:
     found = judged(**{"seed": 11, **options})  # type: ignore[arg-type]
     assert (found.kind, found.reason) == (kind, reason), found.sentence
+    golden(found)
 
 
 def test_the_worst_seam_is_told_with_its_own_error_and_with_the_allowance_for_the_tool() -> None:
@@ -107,7 +109,7 @@ def test_a_touch_is_unchecked_where_the_tack_tolerance_hides_it() -> None:
 
 
 @pytest.mark.parametrize("touches_each", [6, 1])
-def test_a_body_beyond_its_tolerance_is_named_instead_of_its_touches(touches_each: int) -> None:
+def test_a_body_beyond_its_tolerance_is_named_instead_of_its_touches(touches_each: int, golden: Any) -> None:
     rng = np.random.default_rng(3)
     part = uprights(touches_each)
     true = part.drawn(rng)
@@ -122,3 +124,4 @@ def test_a_body_beyond_its_tolerance_is_named_instead_of_its_touches(touches_eac
     assert found.kind is VerdictKind.FAIL
     assert found.sentence.startswith("body U3 is farther from its place in the model"), found.sentence
     assert "state a larger tolerance" in found.sentence
+    golden([found, moved, moved.to_record(), meeting_errors(moved.fit, points)])

@@ -105,7 +105,3 @@ def test_one_corner_off_the_plane_leaves_a_quarter_at_all_four_and_no_name():
     assert "blunder" not in found
     assert len(robust(pairs, sigma_mm=0.1).rows) == len(pairs)
     assert "cannot tell which" in calibrate(pairs, teaching=TeachingError(sigma_mm=0.1)).judgement.sentence
-
-
-def test_three_points_say_what_they_cannot_show():
-    assert "normal to their plane" in only(pairs_of(PLATE[:3], PLATE[:3]), "three-points").message

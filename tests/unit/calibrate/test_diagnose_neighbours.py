@@ -1,12 +1,9 @@
 """A row that was touched on the neighbour of its feature, and wrong points among the check points."""
 
-import json
-
 import numpy as np
 import pytest
 
 from tests.few import few
-from tests.record_checks import check_record
 from wpcal.calibrate import Solver, TeachingError
 from wpcal.calibrate import calibrate as calibrate_points
 from wpcal.core import PointPairs
@@ -49,15 +46,6 @@ def test_the_neighbour_of_a_feature_is_named(others, sigma):
         assert (issue.code, issue.ids) == ("neighbour-feature", ("V3", "V2"))
         assert issue.message.startswith("V2 instead of V3 leaves 0.")
         assert result.suspect.sentence == issue.message
-
-
-def test_the_record_holds_the_row_and_the_feature():
-    result = calibrate(touched({"V3": "V2"} | same("V1", "V5", "V7", "V20")), features=FEATURES)
-    record = json.loads(json.dumps(result.to_record()))
-    check_record(record)
-    exchange = record["suspect"]["exchanges"][0]
-    assert (exchange["name"], exchange["feature"], exchange["instead_of"]) == ("V3", "V2", "V3")
-    assert exchange["largest_mm"] < 3 * NOISE_MM
 
 
 def test_the_feature_of_the_same_kind_is_proposed_where_two_share_a_place():

@@ -50,30 +50,6 @@ def test_a_mis_taught_point_is_left_out_as_use_no_leaves_it_out(criterion):
     np.testing.assert_allclose(found.off_mm[0], off, rtol=0, atol=OTHER_START_MM)
 
 
-def test_two_mis_taught_points_are_left_out_together():
-    big = np.vstack([BODY, BODY * [1, 0.5, 0.2] + [50, 20, 10]])
-    real = big + NOISE_MM * np.random.default_rng(6).normal(size=big.shape)
-    real[[1, 9]] += [[0, 0, 7.0], [0, -5.0, 0]]
-    result = calibrate(PointPairs(tuple("abcdefghijkl"), big, real))
-    assert result.distrusted.names == ("b", "j")
-    assert result.distrusted.without_them.largest_mm < 4 * NOISE_MM < result.distrusted.with_them.largest_mm
-
-
-def test_nothing_is_compared_where_no_point_is_distrusted():
-    result = calibrate(touched())
-    assert result.distrusted is None
-    assert result.to_record()["distrusted"] is None
-
-
-def test_the_angle_between_the_fits_is_that_of_the_turn():
-    problem = PointProblem(touched(), TeachingError())
-    names = ("a", "b")
-    same = compare_without(problem, (), problem.fit(Criterion.LEAST_SQUARES), seam_points=SEAM)
-    np.testing.assert_allclose((same.turn_rad, same.shift_mm), 0, rtol=0, atol=ROUND_OFF_MM)
-    other = compare_without(problem, names, problem.fit(Criterion.LEAST_SQUARES), seam_points=SEAM)
-    assert other.turn_rad > 1e-5
-
-
 def test_too_few_left_are_refused():
     problem = PointProblem(touched(), TeachingError())
     with pytest.raises(GeometryError, match="at least 3"):

@@ -1,13 +1,14 @@
 """Verdicts and their reasons; parts that are larger than their models."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
-from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
+from wpcal.calibrate import Criterion, TeachingError, VerdictKind, VerdictReason, calibrate
 from wpcal.calibrate.errors.linear_fit import budget_of_design
-from wpcal.calibrate.errors.robot_field import PRIOR_SCALE, RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, RobotField
+from wpcal.calibrate.errors.robot_field import PRIOR_SCALE, RobotField
 from wpcal.calibrate.size import PartSize
 from wpcal.calibrate.trust.scale import ScaleFit
 from wpcal.core.errors import InputError
@@ -27,31 +28,57 @@ def judged(p, error, **options):
     return calibrate(pairs_of(p, error), seam_points=SEAM, seam_names=["W1", "W1"], **options)
 
 
+def stated(sigma_mm):
+    robot = RobotField.none() if sigma_mm is None else None
+    return {"teaching": TeachingError(sigma_mm=sigma_mm, robot=robot)}
+
+
 def noise(n: int, sigma: float = 0.05, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).normal(0.0, sigma, (n, 3))
 
 
-def test_many_good_points_pass_though_a_residual_is_above_the_tolerance():
-    p = np.vstack([BOX, BOX + 10.0, BOX - 10.0, BOX + np.array([10.0, -10.0, 0.0])])
-    result = judged(p, noise(len(p), 0.3), criterion=Criterion.LEAST_SQUARES, teaching=TeachingError(sigma_mm=0.3))
-    assert result.largest_mm > result.tolerance_mm
-    assert result.verdict is VerdictKind.PASS
-    assert result.judgement.error_95_mm < result.tolerance_mm
+TRIANGLE, CORNERS = BOX[[0, 2, 4]], BOX[[0, 3, 5, 6]]
+LARGE = (BOX[:, None] * np.linspace(0.4, 1.6, 60)[:, None]).reshape(-1, 3)
+CLOSE = np.vstack([BOX, BOX + 10.0, BOX - 10.0, BOX + np.array([10.0, -10.0, 0.0])])
+ON_A_LINE = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [200.0, 0.0, 0.0], [300.0, 0.0, 0.0], [150.0, 90.0, 0.0]])
+PASS, UNSURE, FAIL = VerdictKind.PASS, VerdictKind.UNSURE, VerdictKind.FAIL
+SQUARES = Criterion.LEAST_SQUARES
+CASES: dict[str, tuple[Any, Any, dict[str, Any], VerdictKind, VerdictReason, str]] = {
+    "many good points pass though a residual is above the tolerance": (
+        CLOSE, noise(32, 0.3), {"criterion": SQUARES, **stated(0.3)}, PASS, VerdictReason.WITHIN, ""
+    ),
+    "three points with one off their plane": (
+        TRIANGLE, np.array([[0.0, 0, 0], [0, 0, 5], [0, 0, 0]]), {}, UNSURE, VerdictReason.ERROR, "assumed"
+    ),
+    "three points with a stated error": (
+        TRIANGLE, noise(3), stated(0.05), UNSURE, VerdictReason.UNCHECKED, "P0, P1, P2"
+    ),
+    "a point alone holds a motion": (ON_A_LINE, noise(5, 0.01), {}, UNSURE, VerdictReason.UNCHECKED, "tests P4"),
+    "a point alone holds a motion and its error is stated": (
+        ON_A_LINE, noise(5, 0.01), stated(0.01), PASS, VerdictReason.WITHIN, "P4: one check point ends this doubt"
+    ),
+    "three exact points never predict zero": (TRIANGLE, 0.0 * TRIANGLE, {}, UNSURE, VerdictReason.ERROR, "assumed"),
+    "exact points predict the last digit of a controller": (
+        CORNERS, 0.0 * CORNERS, {}, PASS, VerdictReason.WITHIN, "assumed: a controller shows 0.01 mm"
+    ),
+    "an error of zero is the last digit of a controller": (
+        CORNERS, 0.0 * CORNERS, stated(0.0), PASS, VerdictReason.WITHIN, "assumed: a controller shows 0.01 mm"
+    ),
+    "residuals contradict the stated error": (BOX, noise(8, 0.2), stated(0.05), FAIL, VerdictReason.STATED_ERROR, ""),
+    "a seam is shown to be outside": (BOX, noise(8, 30.0), {"tolerance_mm": 0.05}, FAIL, VerdictReason.BEYOND, ""),
+    "rough touches without a stated error": (
+        LARGE, noise(480, 1.0), {"criterion": SQUARES, **stated(None)}, UNSURE, VerdictReason.LARGE_RESIDUALS, ""
+    ),
+}  # fmt: skip
 
 
-def test_three_points_with_one_off_their_plane_are_unsure():
-    triangle = BOX[[0, 2, 4]]
-    wrong = np.zeros((3, 3))
-    wrong[1, 2] = 5.0
-    result = judged(triangle, wrong)
-    assert result.verdict is VerdictKind.UNSURE
-    assert result.sigma.source is SigmaSource.ASSUMED
-
-
-def test_three_points_are_unsure_even_with_a_stated_error():
-    result = judged(BOX[[0, 2, 4]], noise(3), teaching=SMALL)
-    assert (result.verdict, result.judgement.reason) == (VerdictKind.UNSURE, VerdictReason.UNCHECKED)
-    assert "P0, P1, P2" in result.judgement.sentence
+@pytest.mark.parametrize("name", CASES)
+def test_the_verdict_with_its_reason_and_every_value(name, golden):
+    p, error, options, kind, reason, words = CASES[name]
+    found = judged(p, error, **options)
+    assert (found.verdict, found.judgement.reason) == (kind, reason)
+    assert words in found.judgement.sentence
+    golden(found)
 
 
 def test_a_check_point_tests_three_points():
@@ -62,48 +89,6 @@ def test_a_check_point_tests_three_points():
     found = calibrate(pairs.select([0, 1, 2]), check=wrong, **options).judgement
     assert (found.kind, found.reason) == (VerdictKind.FAIL, VerdictReason.CHECK_CONTRADICTS)
     assert "K" in found.sentence
-
-
-def test_a_point_that_alone_holds_a_motion_is_unchecked():
-    on_a_line = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [200.0, 0.0, 0.0], [300.0, 0.0, 0.0], [150.0, 90.0, 0.0]])
-    found = judged(on_a_line, noise(5, 0.01)).judgement
-    assert found.reason is VerdictReason.UNCHECKED
-    assert "nothing tests P4" in found.sentence
-    passed = judged(on_a_line, noise(5, 0.01), teaching=TeachingError(sigma_mm=0.01)).judgement
-    assert passed.kind is VerdictKind.PASS
-    assert "nothing tests P4: one check point ends this doubt" in passed.sentence
-
-
-def test_three_exact_points_never_predict_zero():
-    result = judged(BOX[[0, 2, 4]], np.zeros((3, 3)))
-    assert (result.sigma.mm, result.sigma.source) == (USUAL_SIGMA_MM, SigmaSource.ASSUMED)
-    assert result.predict_error_mm(SEAM).min() > 0.1
-    assert "assumed" in result.judgement.sentence
-
-
-@pytest.mark.parametrize("teaching", [None, TeachingError(sigma_mm=0.0)])
-def test_exact_points_predict_the_last_digit_of_a_controller_and_say_so(teaching):
-    result = judged(BOX[[0, 3, 5, 6]], np.zeros((4, 3)), teaching=teaching)
-    assert (result.sigma.mm, result.sigma.source) == (RESOLUTION_SIGMA_MM, SigmaSource.ASSUMED)
-    assert result.predict_error_mm(SEAM).min() > 0.001
-    assert "assumed: a controller shows 0.01 mm" in result.judgement.sentence
-
-
-def test_residuals_that_contradict_the_stated_error_fail():
-    found = judged(BOX, noise(8, 0.2), teaching=SMALL).judgement
-    assert (found.kind, found.reason) == (VerdictKind.FAIL, VerdictReason.STATED_ERROR)
-
-
-def test_a_seam_shown_to_be_outside_fails():
-    found = judged(BOX, noise(8, 30.0), tolerance_mm=0.05).judgement
-    assert found.kind is VerdictKind.FAIL
-
-
-def test_rough_touches_without_a_stated_error_do_not_pass():
-    p = np.vstack([BOX * scale for scale in np.linspace(0.4, 1.6, 60)])
-    exact_robot = TeachingError(robot=RobotField.none())
-    found = judged(p, noise(len(p), 1.0), criterion=Criterion.LEAST_SQUARES, teaching=exact_robot).judgement
-    assert (found.kind, found.reason) == (VerdictKind.UNSURE, VerdictReason.LARGE_RESIDUALS)
 
 
 def test_the_next_point_is_asked_for_when_it_helps_and_stands_in_the_sentence():

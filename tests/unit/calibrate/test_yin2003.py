@@ -41,13 +41,6 @@ def test_the_multipliers_are_the_weights_of_the_proof(pairs):
     assert np.allclose(weights, [0.1112, 0.1884, 0.3509, 0.3495], rtol=0, atol=1e-4)
 
 
-def test_least_squares_on_table_1(pairs):
-    result = calibrate(pairs, criterion=Criterion.LEAST_SQUARES)
-    assert result.rms_mm == pytest.approx(0.213237, rel=0, abs=1e-6)
-    assert result.residuals.largest_mm == pytest.approx(0.246902, rel=0, abs=1e-6)
-    assert result.gap_mm == 0.0
-
-
 def test_the_annealer_alone_from_the_full_box(pairs):
     excess = [anneal_pairs(pairs, seed=seed)[1].cost - OPTIMUM_MM for seed in range(20)]
     assert max(excess) <= 0.005

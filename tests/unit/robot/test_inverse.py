@@ -3,11 +3,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.samples.offset_wrists import crx10ia, ur5e
 from tests.simulated_poses import off_by, random_joints
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
+from wpcal.robot.kinematics.arm_file import arm_record, find_arm, shipped_arms
 from wpcal.robot.kinematics.forward import forward_kinematics
-from wpcal.robot.kinematics.inverse import follow_path, nearest_joints, solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.inverse import (
+    family_of,
+    follow_path,
+    nearest_joints,
+    posture,
+    solve_inverse,
+    turn_into_limits,
+)
 from wpcal.robot.kinematics.opw import OPWGeometry, forward_opw, solve_opw
 
 POSES = 20_000  # the number
@@ -41,30 +49,12 @@ def test_every_random_pose_is_recovered_by_every_branch(chain):
     np.testing.assert_allclose(again[:, :3, :3], wanted[:, :3, :3], rtol=0, atol=IK_ENTRY)
 
 
-def test_geometry_of_the_mh6_has_the_published_lengths():
-    g = OPWGeometry.of_chain(find_arm("mh6").chain)
-    np.testing.assert_allclose(
-        [g.a1, g.a2, g.b, g.c1, g.c2, g.c3, g.T_wrist_flange[2, 3]],
-        [150, -155, 0, 450, 614, 640, 95],
-        rtol=0,
-        atol=IK_MM,
-    )
-
-
 @pytest.mark.parametrize("chain", CHAINS.values(), ids=CHAINS)
 def test_geometry_gives_the_same_forward_kinematics_as_the_chain(chain):
     theta = np.random.default_rng(1).uniform(-np.pi, np.pi, (50, 6))
     g = OPWGeometry.of_chain(chain)
     T = g.T_base_opw @ forward_opw(g, theta) @ g.T_wrist_flange
     np.testing.assert_allclose(T, forward_kinematics(chain, theta), rtol=0, atol=IK_MM)
-
-
-def test_the_eight_branches_differ():
-    arm = find_arm("mh6")
-    joints = solve_inverse(arm, arm.forward([[0.3, -1.2, -0.9, 0.5, 0.6, 0.7]])).joints[0]
-    assert np.isfinite(joints).all()
-    gaps = angle_gap(joints[:, None], joints[None]) + 9 * np.eye(8)
-    assert gaps.min() > 0.1
 
 
 @pytest.mark.parametrize(
@@ -125,11 +115,14 @@ def test_newton_reaches_what_only_the_longer_real_arm_reaches():
     assert solve_inverse(arm, T).reached[0, :4].any()
 
 
-def test_couplings_and_signs_come_back_from_the_inverse():
-    arm = find_arm("m10ia")
-    q = np.array([[0.3, 0.2, -0.4, 0.5, 0.6, 0.7]])
-    joints = solve_inverse(arm, arm.forward(q)).joints[0]
-    assert angle_gap(joints, q).min() < SAME_JOINTS_RAD
+@pytest.mark.parametrize("arm", [*map(find_arm, shipped_arms()), ur5e(), crx10ia()], ids=lambda arm: arm.name)
+def test_every_value_of_an_arm(arm, golden):
+    q = np.array([[0.31, -0.42, 0.53, 0.64, -0.75, 0.86], [-0.9, 0.33, -0.21, -1.4, 0.97, 2.2]])
+    T, way = arm.forward(q), q[0] + np.linspace(0.0, 0.1, 7)[:, None]
+    told = [arm_record(arm), T, arm.jacobian(q, point=(11.0, -7, 203)), family_of(arm.chain), solve_inverse(arm, T)]
+    told += [arm.shown_angles(q), arm.model_angles(q), arm.within_limits(1.9 * q), nearest_joints(arm, T, q + 0.2)]
+    told += [arm, follow_path(arm, arm.forward(way), q[0] + 0.01)]
+    golden([*told, posture(arm, q) if isinstance(told[3], OPWGeometry) else None])
 
 
 def test_a_multi_turn_axis_is_unwrapped_along_a_path():
@@ -184,3 +177,13 @@ def test_eaik_finds_the_same_solutions():
         assert len(theirs) == len(ours)
         gaps = angle_gap(ours[:, None], theirs[None]).min(axis=1)
         np.testing.assert_allclose(gaps, 0, rtol=0, atol=SAME_JOINTS_RAD)
+
+
+def test_geometry_of_the_mh6_has_the_published_lengths():
+    g = OPWGeometry.of_chain(find_arm("mh6").chain)
+    np.testing.assert_allclose(
+        [g.a1, g.a2, g.b, g.c1, g.c2, g.c3, g.T_wrist_flange[2, 3]],
+        [150, -155, 0, 450, 614, 640, 95],
+        rtol=0,
+        atol=IK_MM,
+    )

@@ -14,7 +14,7 @@ from wpcal.robot.identify.parameters import (
     tool_parameters,
 )
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
-from wpcal.robot.kinematics.forward import LINK_SYMBOLS, MDHChain, forward_kinematics, geometric_jacobian
+from wpcal.robot.kinematics.forward import LINK_SYMBOLS, MDHChain, forward_kinematics
 
 ROUND_OFF_MM = 1e-9  # three orders above the round-off of sums of a few metres
 JACOBIAN_ATOL = 1e-6  # the bound on analytic against central differences
@@ -107,13 +107,6 @@ def test_a_chain_has_the_24_parameters_of_the_paper():
     names = [parameter.name for parameter in link_parameters(find_arm("mh6").chain)]
     assert len(names) == 24
     assert names[6:12] == ["d1", "beta2", "d3", "d4", "d5", "d6"]
-
-
-def test_geometric_jacobian_of_a_planar_arm_is_known():
-    arm = MDHChain([0, 0], [0, 0], [400, 300], [0, 0], [0, 0], (True, False))
-    J = geometric_jacobian(arm, [[0, np.pi / 2]])[0]
-    np.testing.assert_allclose(J[3:5], [[-300, -300], [400, 0]], rtol=0, atol=ROUND_OFF_MM)
-    np.testing.assert_allclose(J[2], [1, 1], rtol=0, atol=ROUND_OFF_MM)
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def test_exact_touches_give_the_tip_and_the_point():
     )
 
 
-def test_the_interval_holds_the_error():
+def test_the_interval_holds_the_error(golden):
     """Tips that stop 0.1 mm beside the point, per axis: the stated length covers it in 95 of 100 along one axis."""
     rng, sigma, inside, trials = np.random.default_rng(1), 0.1, 0, 100
     for _ in range(trials):
@@ -67,6 +67,7 @@ def test_the_interval_holds_the_error():
         inside += abs(worst @ (found.t_flange - TIP)) <= found.error_95_mm
         assert found.rms_mm < 10 * sigma
     assert 0.87 <= inside / trials <= 1.0  # 95 ± 3 sigma of 100 trials, below
+    golden([found, found.to_record(MH6, "abcdef")])
 
 
 def test_postures_about_one_axis_or_too_few_are_refused():

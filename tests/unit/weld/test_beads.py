@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from wpcal.core.errors import InputError
 from wpcal.seam.seam import JointType, WeldType
 from wpcal.weld.passes import place_beads
-from wpcal.weld.section import COPLANAR_RAD, LEAST_FILLET_RAD, MOST_FILLET_RAD, Section, section_of, throat_of
+from wpcal.weld.section import COPLANAR_RAD, LEAST_FILLET_RAD, MOST_FILLET_RAD, Section, section_of
 from wpcal.weld.stitch import stretches
 from wpcal.weld.values import Stitch, WeldKind, WeldValues
 
@@ -116,34 +116,6 @@ def test_the_beads_fill_the_section_and_none_is_outside_of_it(section, passes, s
 @given(SECTIONS, st.floats(0.01, 1.0))
 def test_the_height_of_an_area_is_the_inverse_of_the_area_below_a_height(section, share):
     assert section.area_below(section.height_of(share * section.area_mm2)) == pytest.approx(share * section.area_mm2)
-
-
-def test_a_fillet_of_three_passes_has_its_root_in_the_corner_and_two_beads_on_it():
-    root, first, second = place_beads(Section(8.0, 1.0), 3)
-    assert (root.y_mm, root.z_mm, root.work_angle_deg) == (0.0, 0.0, 0.0)
-    assert (first.layer, second.layer) == (2, 2)
-    assert first.y_mm == -second.y_mm < 0.0
-    assert first.z_mm == pytest.approx(8.0 / math.sqrt(3.0))  # a third of the area is below
-    assert (first.work_angle_deg, second.work_angle_deg) == (-22.5, 22.5)
-    third = place_beads(Section(8.0, 1.0), 6)[3:]  # the outer ones lean as much, however many are between them
-    assert [bead.work_angle_deg for bead in third] == pytest.approx([-22.5, 0.0, 22.5])
-
-
-def test_a_fillet_is_as_large_as_its_throat_or_its_leg():
-    right = math.pi / 2
-    at = {"joint": JointType.TEE, "weld": WeldType.FILLET, "normals_rad": right}
-    assert section_of(WeldValues(weld=WeldKind.FILLET, leg_mm=6.0), **at).area_mm2 == pytest.approx(18.0)
-    assert throat_of(WeldValues(leg_mm=6.0), right) == pytest.approx(6.0 / math.sqrt(2.0))
-    assert section_of(WeldValues(weld=WeldKind.FILLET), **at) is None
-
-
-def test_a_v_groove_begins_at_its_root_below_the_face_of_the_plates():
-    values = WeldValues(weld=WeldKind.SINGLE_V, depth_mm=10.0, root_gap_mm=2.0, root_face_mm=2.0, groove_angle_deg=60.0)
-    section = section_of(values, joint=JointType.BUTT, weld=WeldType.GROOVE, normals_rad=0.0)
-    assert section.area_mm2 == pytest.approx(20.0 + 64.0 * math.tan(math.radians(30.0)))
-    beads = place_beads(section, 4)
-    assert (beads[0].y_mm, beads[0].z_mm) == (0.0, -10.0)
-    assert beads[-1].outline_mm[-1][1] == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize("passes", [0, 201])

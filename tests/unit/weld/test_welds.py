@@ -15,9 +15,10 @@ from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import read_finished
 from wpcal.seam.seam import JointType, SeamFrames, WeldType
 from wpcal.weld.place import SeamPlace, StatedWeld, pair, place_of
+from wpcal.weld.record import welds_record
 from wpcal.weld.rules import Case, read_rules, shipped_rules, shipped_text
-from wpcal.weld.runs import runs_of_seam, weld_runs
-from wpcal.weld.seam_weld import RECOVERY, Source, weld_for
+from wpcal.weld.runs import RunChoice, Tacks, WeaveBy, laid_runs, runs_of_seam, weld_runs
+from wpcal.weld.seam_weld import RECOVERY, weld_for
 from wpcal.weld.thickness import plate_thicknesses, thinner
 
 PLACE = SeamPlace((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), 100.0)
@@ -44,20 +45,11 @@ def box(name, low, high):
     return SolidMesh(mesh.name, mesh.points, mesh.triangles, mesh.edges)
 
 
-def test_every_value_says_where_it_came_from(make_seam):
-    found = weld(make_seam, {"leg_mm": 12.0})
-    assert (found.values.leg_mm, found.origins["leg_mm"].source) == (12.0, Source.USER)
-    assert found.origins["thickness_mm"].source is Source.FILE
-    assert (found.origins["current_a"].source, found.origins["current_a"].of) == (Source.RULE, "PB fillet, to 7 mm")
-    stated = {name for name in found.origins if getattr(found.values, name) is not None}
-    assert stated == set(found.values.to_record())
-    unruled = weld(make_seam, {"wire_mm": 1.2}, thickness=None).values  # no rule without a thickness
-    assert (unruled.wire_mm, unruled.wire_feed_m_min, unruled.speed_mm_s) == (1.2, None, None)
-
-
-def test_the_wire_that_is_fed_fills_the_section_of_every_bead(make_seam):
+def test_the_wire_that_is_fed_fills_the_section_of_every_bead(make_seam, golden):
+    told = []
     for user in ({}, {"leg_mm": 12.0}, {"throat_mm": 3.0}, {"wire_feed_m_min": 10.0}, {"speed_mm_s": 5.0}):
         found = weld(make_seam, user)
+        told += [found, welds_record([found], [], shipped_rules())]
         values = found.values
         leg = values.leg_mm or values.throat_mm * math.sqrt(2.0)
         wire_mm2 = math.pi / 4.0 * values.wire_mm**2 * RECOVERY
@@ -65,11 +57,12 @@ def test_the_wire_that_is_fed_fills_the_section_of_every_bead(make_seam):
         assert fed == pytest.approx(leg**2 / 2.0 / values.passes * values.speed_mm_s, rel=0.02)  # both are rounded
     assert weld(make_seam, {"leg_mm": 12.0}).values.passes == 3
     assert len(weld(make_seam, {"leg_mm": 12.0}).beads) == 3
+    golden([*told, weld(make_seam, {"wire_mm": 1.2, "process": "141"}, thickness=None)])
 
 
 @pytest.mark.parametrize("thickness", [1.0, 2.3, 3.2, 4.5, 6.0, 8.0, 25.0])
 @pytest.mark.parametrize("user", [{}, {"root_gap_mm": 0.3}, {"root_gap_mm": 4.0}, {"speed_mm_s": 5.0}])
-def test_a_square_butt_has_a_wire_feed_and_no_more_speed_than_its_row(make_seam, thickness, user):
+def test_a_square_butt_has_a_wire_feed_and_no_more_speed_than_its_row(make_seam, thickness, user, golden):
     """A gap of 0.3 mm is not filled at four times the speed: the plates would not melt through."""
     seam = straight(make_seam, np.eye(3))
     flat = replace(seam.frames, angle_rad=np.zeros(len(seam.frames)))
@@ -85,6 +78,7 @@ def test_a_square_butt_has_a_wire_feed_and_no_more_speed_than_its_row(make_seam,
     bead = max(row.bead_mm2, gap * (values.depth_mm or 0.0) / values.passes)
     assert filled / values.speed_mm_s == pytest.approx(bead, rel=0.03)
     assert values.speed_mm_s <= row.values["speed_mm_s"]
+    golden(values)
 
 
 def test_the_rules_cover_every_thickness_and_position_of_a_fillet():
@@ -140,7 +134,7 @@ def test_a_stretch_of_a_seam_is_cut_at_its_ends(make_seam):
     assert np.abs(cut.frames.R - FILLET).max() <= ROUND_OFF
 
 
-def test_every_bead_is_run_along_every_stretch_before_the_next_bead(make_seam):
+def test_every_bead_is_run_along_every_stretch_before_the_next_bead(make_seam, golden):
     found = weld(make_seam, {"leg_mm": 12.0, "stitch": {"length_mm": 20.0, "pitch_mm": 50.0}})
     runs = weld_runs(straight(make_seam), found)
     assert [run.seam.name for run in runs] == [f"W1.p{p}.s{s}" for p in (1, 2, 3) for s in (1, 2)]
@@ -148,6 +142,10 @@ def test_every_bead_is_run_along_every_stretch_before_the_next_bead(make_seam):
     bead = found.beads[1]
     assert runs[2].seam.frames.p[0] - runs[0].seam.frames.p[0] == pytest.approx(FILLET @ [0.0, bead.y_mm, bead.z_mm])
     assert [run.seam.name for run in weld_runs(straight(make_seam), weld(make_seam))] == ["W1"]
+    weave = {"shape": "zigzag", "width_mm": 4.3, "length_mm": 7.1}
+    woven = weld(make_seam, {"leg_mm": 5.0, "weave": weave, "tacks": {"length_mm": 9.0, "pitch_mm": 43.0}})
+    choice = RunChoice(Tacks.FIRST, WeaveBy.POINTS, 23.0)
+    golden([runs, laid_runs([(straight(make_seam), np.linspace(0.1, 0.4, 11))], {"W1": woven}, choice, 6.1)])
 
 
 def test_welds_are_paired_by_place_then_by_name_and_what_changed_is_told():

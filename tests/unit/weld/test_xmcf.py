@@ -128,17 +128,11 @@ def test_a_weld_on_a_part_of_a_seam_is_said_with_both_lengths(make_seam):
     assert found.notes[0].startswith("W1: x.xml: X (60 mm) of 100 mm; the whole seam is welded")
 
 
+SECTIONS = dict.fromkeys(("V", "Y"), "single-V") | dict.fromkeys(("HV", "HY"), "single-bevel")
+
+
 @pytest.mark.parametrize(
-    ("section", "kind"),
-    [
-        ("V", "single-V butt weld"),
-        ("Y", "single-V butt weld"),
-        ("HV", "single-bevel butt weld"),
-        ("HY", "single-bevel butt weld"),
-        ("X", "double-V butt weld"),
-        ("K", "double-bevel butt weld"),
-        ("I", "square butt weld"),
-    ],
+    ("section", "kind"), [*SECTIONS.items(), ("X", "double-V"), ("K", "double-bevel"), ("I", "square")]
 )
 def test_the_groove_of_a_butt_is_that_of_the_file(make_seam, section, kind):
     x = np.linspace(0.0, 100.0, 11)
@@ -146,7 +140,7 @@ def test_the_groove_of_a_butt_is_that_of_the_file(make_seam, section, kind):
     side = f'<weld_position u="0" x="0" y="0" z="1" section="{section}" angle="50"/>'
     found = match_xmcf([seam], parse_xmcf(xmcf(f"<butt_joint>{side}</butt_joint>"), path="x"), IDENTITY, file="x.xml")
     angle = {} if section == "I" else {"groove_angle_deg": (50.0, "x.xml")}
-    assert found.stated[0].files == {"weld": (kind, "x.xml"), **angle}
+    assert found.stated[0].files == {"weld": (f"{kind} butt weld", "x.xml"), **angle}
 
 
 def test_what_is_written_is_read_again(finished_folder, tmp_path):

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.moves import Arc, Line, PathTolerance, fit_moves, sweep
-from wpcal.robot.moves.sweep import BODY_STEP_MM, STEP_MM
+from wpcal.robot.moves.sweep import BODY_STEP_MM, STEP_MM, poses_between
 from wpcal.robot.torch.file import shipped_torches
 
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -52,14 +52,6 @@ def along(path, at):
         turns.append(slerp(at).as_matrix())
         row = move.to
     return np.concatenate(places), np.concatenate(turns)
-
-
-def test_a_straight_seam_is_one_line():
-    x = np.linspace(0.0, 150.0, 16)
-    path = fit_moves(np.stack([x, 0 * x, 0 * x], axis=1), np.tile(DOWN, (16, 1, 1)))
-    assert path.moves == (Line(1),)
-    assert path.p.tolist() == [[0, 0, 0], [150, 0, 0]]
-    assert path.off_mm < ROUND_OFF_MM
 
 
 def test_a_closed_circle_is_two_arcs_if_the_torch_stays_upright_and_three_if_it_turns():
@@ -158,13 +150,16 @@ def test_every_point_is_met_within_what_is_said(seed, n, free, fast):
     np.testing.assert_allclose(path.R[[0, -1]][:, :, -ends.shape[-1] :], ends, rtol=0, atol=1e-6)
 
 
-def test_a_moved_path_gives_moved_moves():
-    p, R = random_path(3, 30)
+@pytest.mark.parametrize("count", [30, 44])
+def test_a_moved_path_gives_moved_moves(count, golden):
+    p, R = random_path(3, count)
     turn, shift = Rotation.from_rotvec([0.3, -1.0, 0.5]), np.array([100.0, -50.0, 20.0])
     one, other = fit_moves(p, R), fit_moves(turn.apply(p) + shift, turn.as_matrix() @ R)
     assert one.moves == other.moves
     np.testing.assert_allclose(one.p @ turn.as_matrix().T + shift, other.p, rtol=0, atol=ROUND_OFF_MM)
     np.testing.assert_allclose(turn.as_matrix() @ one.R, other.R, rtol=0, atol=1e-9)
+    at = one.poses_at(np.linspace(0.0, one.s_mm[-1], 9))
+    golden([one, at, one.stops(3.0), one.turned_about(2, 0.3), poses_between(p, R, 7.0, 0.11, 2.1)])
 
 
 def test_a_wider_tolerance_needs_no_more_moves():
@@ -196,7 +191,7 @@ def test_a_share_of_a_tolerance_bounds_the_turn_about_the_wire_too():
     assert asked.narrowed(1.0) == asked
 
 
-def test_no_point_of_a_torch_moves_farther_than_a_step():
+def test_no_point_of_a_torch_moves_farther_than_a_step(golden):
     rng = np.random.default_rng(3)
     p = np.cumsum(rng.normal(scale=2.0, size=(9, 3)), axis=0)
     R = np.stack([exp_rotation(rng.normal(scale=0.4, size=3)) for _ in p])
@@ -208,10 +203,4 @@ def test_no_point_of_a_torch_moves_farther_than_a_step():
             for point in np.array(points, dtype=float):
                 moved = np.linalg.norm(np.diff(found.p + found.R @ point, axis=0), axis=1)
                 assert moved.max() <= step + 1e-9
-
-
-def test_a_swing_of_40_degrees_in_a_millimetre_is_divided():
-    swing = np.stack([exp_rotation(np.array([np.radians(angle), 0.0, 0.0])) for angle in (-20.0, 20.0)])
-    torch = shipped_torches()[0].shape
-    found = sweep([(np.array([[0.0, 0, 0], [1.0, 0, 0]]), swing)], torch.reaching, axis=2)
-    assert len(found.at) > np.radians(40.0) * torch.length_mm / BODY_STEP_MM
+    golden(found)
