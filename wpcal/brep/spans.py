@@ -55,7 +55,7 @@ class _Spans:
         begin = self.low[first]
         whole = self.low[last] + self.width[last] - begin
         at = np.searchsorted(self.keys, 2.0 * spline + (t - begin) / whole, side="right") - 1
-        at = np.clip(at, first, last)
+        at = np.minimum(np.maximum(at, first), last)
         return at, (t - self.low[at]) / self.width[at]
 
 
@@ -96,25 +96,23 @@ def _homogeneous(poles: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _divided(h: FloatArray, *slopes: FloatArray) -> tuple[FloatArray, ...]:
-    """Return points and derivatives from homogeneous ones, by the quotient rule."""
-    w = h[:, 3:]
-    p = h[:, :3] / w
-    return (p, *((dh[:, :3] - p * dh[:, 3:]) / w for dh in slopes))
+    """Return points and derivatives, (m, 3), from homogeneous ones, (4, m), by the quotient rule."""
+    p = h[:3] / h[3]
+    return tuple(np.ascontiguousarray(own.T) for own in (p, *((dh[:3] - p * dh[3]) / h[3] for dh in slopes)))
 
 
 def _horner(coefficients: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return value and derivative of polynomials with coefficients (m, powers, …) at x (m,)."""
-    x = x.reshape(-1, *(1,) * (coefficients.ndim - 2))
-    value, slope = coefficients[:, -1], np.zeros_like(coefficients[:, -1])
-    for power in range(coefficients.shape[1] - 2, -1, -1):
+    """Return value and derivative of polynomials with coefficients (powers, …, m) at x (m,)."""
+    value, slope = coefficients[-1], np.zeros_like(coefficients[-1])
+    for own in coefficients[-2::-1]:
         slope = slope * x + value
-        value = value * x + coefficients[:, power]
+        value = value * x + own
     return value, slope
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Curves:
-    """Curves of one degree; coefficients (s, degree + 1, 4)."""
+    """Curves of one degree; coefficients (degree + 1, 4, s)."""
 
     spans: _Spans
     coefficients: FloatArray
@@ -127,18 +125,18 @@ class _Curves:
         offset = np.cumsum([0, *(len(curve.poles) for curve in curves)])[:-1]
         first = spans.first_pole + np.repeat(offset, np.diff(spans.start))
         own = poles[first[:, None] + np.arange(degree + 1)]
-        return cls(spans, np.einsum("sai,sic->sac", spans.basis, own))
+        return cls(spans, np.moveaxis(np.einsum("sai,sic->sac", spans.basis, own), 0, -1).copy())
 
     def evaluate(self, curve: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         span, x = self.spans.locate(curve, t)
-        h, dh = _horner(self.coefficients[span], x)
-        p, slope = _divided(h, dh / self.spans.width[span, None])
+        h, dh = _horner(np.take(self.coefficients, span, axis=-1), x)
+        p, slope = _divided(h, dh / self.spans.width[span])
         return p, slope
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Surfaces:
-    """Surfaces of one pair of degrees; coefficients (patches, degree u + 1, degree v + 1, 4), v fastest."""
+    """Surfaces of one pair of degrees; coefficients (degree u + 1, degree v + 1, 4, patches), v fastest."""
 
     u: _Spans
     v: _Spans
@@ -160,30 +158,30 @@ class _Surfaces:
         row = (u.first_pole[at_u][:, None] + np.arange(du + 1)) * columns[:, None] + offset[:, None]
         own = poles[row[:, :, None] + (v.first_pole[at_v][:, None] + np.arange(dv + 1))[:, None, :]]
         half = np.einsum("sai,sijc->sajc", u.basis[at_u], own)
-        return cls(u, v, start, np.einsum("sbj,sajc->sabc", v.basis[at_v], half))
+        return cls(u, v, start, np.moveaxis(np.einsum("sbj,sajc->sabc", v.basis[at_v], half), 0, -1).copy())
 
     def evaluate(self, surface: IntArray, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         at_u, x = self.u.locate(surface, uv[:, 0])
         at_v, y = self.v.locate(surface, uv[:, 1])
-        width = self.v.start[surface + 1] - self.v.start[surface]
-        patch = self.start[surface] + (at_u - self.u.start[surface]) * width + at_v - self.v.start[surface]
-        both, slopes = _horner(np.stack(_horner(self.coefficients[patch], x), axis=2), y)
-        (h, dh_u), dh_v = np.moveaxis(both, 1, 0), slopes[:, 0]
-        p, du, dv = _divided(h, dh_u / self.u.width[at_u, None], dh_v / self.v.width[at_v, None])
+        patch = self._patches(surface, at_u, at_v)
+        (h, dh_u), (dh_v, _) = _horner(np.stack(_horner(np.take(self.coefficients, patch, axis=-1), x), axis=1), y)
+        p, du, dv = _divided(h, dh_u / self.u.width[at_u], dh_v / self.v.width[at_v])
         return p, du, dv
+
+    def _patches(self, surface: IntArray, at_u: IntArray, at_v: IntArray) -> IntArray:
+        first = self.v.start[surface]
+        return self.start[surface] + (at_u - self.u.start[surface]) * (self.v.start[surface + 1] - first) + at_v - first
 
     def moved(self, surface: IntArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return the polynomials of rectangles of (u, v) inside patches (`SurfaceSet.moved_coefficients`)."""
         middle = (low + high) / 2
         at_u, at_v = (spans.locate(surface, middle[:, axis])[0] for axis, spans in enumerate((self.u, self.v)))
-        width = self.v.start[surface + 1] - self.v.start[surface]
-        patch = self.start[surface] + (at_u - self.u.start[surface]) * width + at_v - self.v.start[surface]
-        moves = []
+        patch, moves = self._patches(surface, at_u, at_v), []
         for axis, (spans, at) in enumerate(((self.u, at_u), (self.v, at_v))):
             begin = (low[:, axis] - spans.low[at]) / spans.width[at]
             share = (high - low)[:, axis] / spans.width[at]
-            moves.append(_shift(self.coefficients.shape[1 + axis] - 1, begin, share))
-        half = np.einsum("kma,kabc->kmbc", moves[0], self.coefficients[patch])
+            moves.append(_shift(self.coefficients.shape[axis] - 1, begin, share))
+        half = np.einsum("kma,kabc->kmbc", moves[0], np.moveaxis(self.coefficients[..., patch], -1, 0).copy())
         return np.asarray(np.einsum("knb,kmbc->kmnc", moves[1], half), dtype=np.float64)
 
 
@@ -201,9 +199,12 @@ class _SplineSet(Generic[Group]):
 
     def _evaluate(self, spline: IntArray, t: FloatArray, columns: int) -> tuple[FloatArray, ...]:
         """Return point and derivatives on splines (m,) at parameters t, (m,) or (m, 2); arrays (m, 3)."""
+        own = self.group[spline]
+        if 0 < len(own) <= CHUNK and (own == own[0]).all():
+            return tuple(self.groups[own[0]].evaluate(self.place[spline], t))
         found = tuple(np.empty((len(t), 3)) for _ in range(columns))
         for number, group in enumerate(self.groups):
-            for rows in _chunks(np.flatnonzero(self.group[spline] == number)):
+            for rows in _chunks(np.flatnonzero(own == number)):
                 for column, values in zip(found, group.evaluate(self.place[spline[rows]], t[rows]), strict=True):
                     column[rows] = values
         return found
