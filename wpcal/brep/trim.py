@@ -196,6 +196,11 @@ class TrimmedFaces:
         distance[distance > within_mm] = np.inf
         return distance
 
+    @cached_property
+    def piece_mm(self) -> FloatArray:
+        """The length of each piece, shape (m,), mm."""
+        return np.asarray(np.linalg.norm(self.p1 - self.p0, axis=1), dtype=np.float64)
+
     def pieces_meeting(self, faces: IntArray, low: FloatArray, high: FloatArray) -> tuple[IntArray, IntArray]:
         """Return pairs of a row of `faces`, shape (m,), and a piece of its boundary that meets a box.
 
@@ -346,10 +351,11 @@ def _decide(inside: BoolArray, row: IntArray, v: FloatArray, run: FloatArray, aw
     less on the way away from the meridian is the lower one.
     """
     for above in (False, True):  # a piece above overrides one below
-        hit = np.flatnonzero((v > 0) == above)
+        hit = np.flatnonzero((v > 0) == above)[::-1]  # of equally near ones the first is written last
         beside = v[hit] + SAME_PLACE * away[hit] / (1.0 + np.abs(away[hit]))
-        hit = hit[np.lexsort((beside if above else -beside, row[hit]))]
-        nearest = hit[np.flatnonzero(np.diff(row[hit], prepend=-1))]
+        beside, least = beside if above else -beside, np.full(len(inside), np.inf)
+        np.minimum.at(least, row[hit], beside)
+        nearest = hit[beside == least[row[hit]]]
         inside[row[nearest]] = (run[nearest] < 0) == above
 
 

@@ -216,7 +216,7 @@ def _feel(
     rad, spins = leans.rad[tier], leans.spin_rad
     n, k, j = len(own), len(rad), len(spins)
     poses = replace(_repeated(own, k), back=np.concatenate([back_directions(own.R, lean) for lean in rad]))
-    solid = find_solids_met(graph, trimmed, poses)
+    solid = find_solids_met(graph, trimmed, poses, is_told=tier.start == 0)
     free = np.repeat((solid < 0)[:, None], j, axis=1)
     if own.torch.neck is not None:
         rows = np.flatnonzero(solid < 0)

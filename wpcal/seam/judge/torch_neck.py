@@ -21,6 +21,7 @@ from wpcal.robot.torch.shape import Tube
 from wpcal.seam.judge.material import Necks, place_tube
 
 FEWEST, APART_MM = 16, 9.0  #: Lines on the surface of a piece, and how far apart they are at most.
+ROUND_OFF_MM = 1e-6  #: Pieces of edges are compared with so much wider tubes before they are measured.
 ROUND_MM = 0.5
 """The lines are so much wider than the piece: a round part of radius r reaches in between two of them by a² / 8r."""
 
@@ -104,6 +105,10 @@ def edges_in_tubes(
     row, face = np.divmod(np.unique(row[own] * graph.face_count + boxes.face[box[own]]), graph.face_count)
     own, piece = trimmed.pieces_meeting(face, least[row], most[row])
     frames, at = tube_frames(way), row[own]
+    arm, reach = trimmed.p0[piece] - p[at], max(first, last) + trimmed.piece_mm[piece] + ROUND_OFF_MM
+    along = np.einsum("ki,ki->k", arm, way[at])
+    near = np.flatnonzero(np.einsum("ki,ki->k", arm, arm) <= along**2 + reach**2)  # the others are beside the tube
+    own, piece, at = own[near], piece[near], at[near]
     p0, p1 = (np.einsum("kij,kj->ki", frames[at], corner[piece] - p[at]) for corner in (trimmed.p0, trimmed.p1))
     slope = None if first == last else (last - first) / (high - low)[at]
     is_met = edge_distances((p0[:, :2], p1[:, :2]), (p0[:, 2], p1[:, 2]), low[at], high[at], slope) < first

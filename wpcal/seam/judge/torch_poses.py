@@ -76,13 +76,24 @@ def felt_radii_mm(graph: BrepGraph, torch: TorchShape) -> tuple[float, float]:
     return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), torch.nozzle_radius_mm * PRISM + wider
 
 
-def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is_between: bool = False) -> IntArray:
-    """Return the solid that wire and nozzle meet at each pose, or -1; shape (n,). A straight torch is all nozzle."""
-    found = [
-        _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK)), is_between=is_between)
-        for first in range(0, len(poses), CHUNK)
-    ]
-    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+def find_solids_met(
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is_between: bool = False, is_told: bool = True
+) -> IntArray:
+    """Return the solid that wire and nozzle meet at each pose, or -1; shape (n,). A straight torch is all nozzle.
+
+    If it need not be told which of several solids is met first, the axis is felt before all else: most are met there.
+    """
+    found = np.full(len(poses), -1)
+    for every in np.split(np.arange(len(poses)), np.arange(CHUNK, len(poses), CHUNK)):
+        own, rows = poses.select(every), every
+        if not is_told:
+            axis, far = (own.p + own.start_mm[:, None] * own.back)[:, None], (own.end_mm - own.start_mm)[:, None]
+            near = NearBundles.around(trimmed, own.owner, axis, axis + far[..., None] * own.back[:, None])
+            face = near.first_faces(trimmed, axis, own.back[:, None], far)
+            found[rows] = np.where(face < 0, -1, graph.face_solid[face])
+            own, rows = own.select(face < 0), rows[face < 0]
+        found[rows] = _solids_met(graph, trimmed, own, is_between=is_between)
+    return found
 
 
 def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is_between: bool) -> IntArray:

@@ -11,7 +11,7 @@ so do fillets round the foot of a small bar, all of whose sides are short: nobod
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,11 +21,11 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.linked import near_pairs
 from wpcal.seam.chain import Chain
 from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams, weighed
-from wpcal.seam.judge.leans import feel_seams
+from wpcal.seam.judge.leans import Felt, feel_seams
 from wpcal.seam.judge.short_ends import MOST_END_MM, find_short_ends
-from wpcal.seam.judge.stations import find_stretches
+from wpcal.seam.judge.stations import Stretch, find_stretches
 from wpcal.seam.limits import LEAST_CHANGE_MM
-from wpcal.seam.options import Reach, SeamOptions
+from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.build import with_frames
 from wpcal.seam.path.corners import CORNER_MM, find_corners
 from wpcal.seam.path.cut import cut_run, spans_of
@@ -58,13 +58,13 @@ def weld_round_corners(
         runs = [run for run in _walks(links) if len(run.ends) > 1]
         joined = with_frames(graph, [_joined(graph, seams, run) for run in runs], options)
         built = [face_free_space(graph, trimmed, seam) for seam in joined]
-        wrong = _unreached(graph, trimmed, seams, built, runs, options.reach)
+        felt = feel_seams(graph, trimmed, built, options.reach)
+        wrong = _unreached(seams, zip(built, runs, felt, find_stretches(graph, trimmed, built), strict=True))
         if not wrong:
             break
         links = links - wrong
     else:
         return list(seams)
-    felt = feel_seams(graph, trimmed, built, options.reach)
     leant = [own.lay_on(seam) for seam, own in zip(built, felt, strict=True)]
     judged = judge_seams(graph, trimmed, leant, options, judge)
     kept = [(seam, run) for seam, run in zip(judged, runs, strict=True) if seam.accepted]
@@ -191,22 +191,13 @@ def _from_longest_side(graph: BrepGraph, pieces: SeamPieces) -> SeamPieces:
     return SeamPieces.joined([cut_run(graph, pieces, middle, length), cut_run(graph, pieces, 0.0, middle)])
 
 
-def _unreached(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seams: Sequence[Seam],
-    built: Sequence[Seam],
-    runs: Sequence[_Run],
-    reach: Reach,
-) -> frozenset[Link]:
+def _unreached(seams: Sequence[Seam], found: Iterable[tuple[Seam, _Run, Felt, list[Stretch]]]) -> frozenset[Link]:
     """Return the links at which a wire is inside material, or that no torch gets round.
 
     If that is not at a corner, all links of the run are returned.
     """
     wrong: set[Link] = set()
-    stretches = find_stretches(graph, trimmed, built)
-    felt_runs = feel_seams(graph, trimmed, built, reach)
-    for seam, run, felt, parts in zip(built, runs, felt_runs, stretches, strict=True):
+    for seam, run, felt, parts in found:
         if felt.is_free and not any(part.solids for part in parts):
             continue
         bad = np.flatnonzero((felt.solid >= 0) | (np.append(felt.solid_after, -1) >= 0))
