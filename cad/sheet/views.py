@@ -9,7 +9,7 @@ import numpy as np
 from cad.workpiece.step_file import LINES
 from cad.workpiece.workpiece import Workpiece
 from wpcal.brep import BrepGraph
-from wpcal.brep.rays import is_blocked
+from wpcal.brep.hits import is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
 
@@ -105,5 +105,5 @@ def _seen(graph: BrepGraph, trimmed: TrimmedFaces, points: FloatArray, axes: Vie
     beside = LOOK_PAST * graph.size_mm * (np.stack([np.cos(angle), np.sin(angle)], axis=1) @ axes.plane)
     starts = points[:, None] + beside + CLEAR * LOOK_PAST * graph.size_mm * axes.toward
     rays = np.broadcast_to(axes.toward, starts.shape)
-    blocked = is_blocked(graph, trimmed, starts.reshape(-1, 3), rays.reshape(-1, 3), length_mm=2.0 * graph.size_mm)
+    blocked = is_blocked(trimmed, starts.reshape(-1, 3), rays.reshape(-1, 3), length_mm=2.0 * graph.size_mm)
     return np.asarray(~blocked.reshape(len(points), EYES).all(axis=1))

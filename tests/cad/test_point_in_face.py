@@ -153,7 +153,7 @@ def test_rays_through_bent_free_form_pipes(shared_step: Path) -> None:
     origins = rng.uniform(low.min(axis=0), high.max(axis=0), (RAYS, 3))
     rays = rng.normal(size=(RAYS, 3))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    found = find_hits(graph, trimmed, origins, rays, length_mm=LENGTH_MM)
+    found = find_hits(trimmed, origins, rays, length_mm=LENGTH_MM)
     expected: list[list[float]] = [[] for _ in range(RAYS)]
     for shape in workpiece.solids:
         kernel = IntCurvesFace_ShapeIntersector()

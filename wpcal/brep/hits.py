@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.brep.boxes import BoxTree
-from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.strips import items_of
 from wpcal.brep.surface_rays import meet_rays, way_through
 from wpcal.brep.surfaces import project_to_faces
@@ -22,6 +22,9 @@ THIN_MM = 0.1  #: Boxes grow by this, so that a ray across a plane face has samp
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
 length of the ray's way there or 1 mm; the other nappe of a cone is farther away."""
+START_MM = 1.0  #: Rays start this far outside the part, clear of a gap and of the faces beside the joint.
+TOOL_MM = 300.0
+"""Length of a straight tool: with a usual torch neck, from the tip of the wire to where the wrist has room to turn."""
 PARALLEL = 1e-14  #: A leading coefficient below this is round-off: the ray runs along a plane or a ruling.
 
 
@@ -41,7 +44,6 @@ class RayHits(Columns):
 
 
 def find_hits(
-    graph: BrepGraph,
     trimmed: TrimmedFaces,
     origins: FloatArray,
     rays: FloatArray,
@@ -66,6 +68,19 @@ def find_hits(
         pair, at, way = through_faces(trimmed, face, origins[ray], rays[ray], length[ray], (low, high))
         found.append(RayHits(ray[pair], face[pair], at, way))
     return RayHits.joined(found).in_order()
+
+
+def is_blocked(
+    trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, *, length_mm: FloatArray | float = TOOL_MM
+) -> BoolArray:
+    """Tell which rays hit a face of the part, shape (m,).
+
+    `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
+    `length_mm`: shape (m,). Where the rays end.
+    """
+    blocked = np.zeros(len(origins), dtype=bool)
+    blocked[find_hits(trimmed, origins, rays, length_mm=length_mm).ray] = True
+    return blocked
 
 
 def _near_pairs(

@@ -91,7 +91,7 @@ class ExactMaterial:
 
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids; shapes as in `Material`."""
-        found = find_hits(self.graph, self.trimmed, origins, rays, length_mm=length_mm)
+        found = find_hits(self.trimmed, origins, rays, length_mm=length_mm)
         return SolidHits(found.ray, self.graph.face_solid[found.face], found.at_mm, found.way)
 
     def tube_solids(

@@ -57,7 +57,7 @@ class NearFaces:
 
 
 def find_near_faces(
-    graph: BrepGraph, trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray, *, within_mm: float = 0.0
+    trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray, *, within_mm: float = 0.0
 ) -> NearFaces:
     """Find the faces that segments of groups may meet. A face that is not among them is met by no segment of the group.
 
@@ -68,7 +68,7 @@ def find_near_faces(
         return NearFaces(np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64))
     boxes = _Boxes.around(p0, p1, first, within_mm)
     group, box = trimmed.patch_boxes.tree.search(len(first), boxes.meets)
-    kept = ~boxes.is_beside_plane(graph, group, trimmed.patch_boxes.face[box])
+    kept = ~boxes.is_beside_plane(trimmed.graph, group, trimmed.patch_boxes.face[box])
     group, box = group[kept], box[kept]
     return NearFaces(box, np.searchsorted(group, np.arange(len(first) + 1)))
 
@@ -202,7 +202,7 @@ class NearBundles(Columns):
         way = p1[:, 0] - p0[:, 0]
         first = first_of_groups(owner, way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), SAME_SIDE_MM))
         p0, p1 = p0.reshape(-1, 3), p1.reshape(-1, 3)
-        near = find_near_faces(trimmed.graph, trimmed, p0, p1, k * first, within_mm=within_mm)
+        near = find_near_faces(trimmed, p0, p1, k * first, within_mm=within_mm)
         return cls(near, np.repeat(np.arange(len(first)), np.diff(first, append=n)))
 
     def first_faces(

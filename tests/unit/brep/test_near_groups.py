@@ -45,11 +45,11 @@ def test_groups_lose_no_hit_and_add_none(name: str, golden: Any) -> None:
     first = first_of_groups(owner, way)
     assert 30 < len(first) < 200
     p0, rays, far = origins.reshape(-1, 3), np.repeat(way, 5, axis=0), np.repeat(length, 5)
-    near = find_near_faces(graph, trimmed, p0, p0 + far[:, None] * rays, 5 * first)
+    near = find_near_faces(trimmed, p0, p0 + far[:, None] * rays, 5 * first)
     assert near.counts.sum() < 0.5 * len(first) * graph.face_count
     group = np.repeat(np.arange(len(first)), 5 * np.diff(first, append=len(way)))
     found = find_hits_near(trimmed, near, group, p0, rays, length_mm=far)
-    alone = find_hits(graph, trimmed, p0, rays, length_mm=far)
+    alone = find_hits(trimmed, p0, rays, length_mm=far)
     assert len(alone.ray) > 100
     np.testing.assert_array_equal([found.ray, found.way], [alone.ray, alone.way])
     np.testing.assert_allclose(found.at_mm, alone.at_mm, rtol=0, atol=ROUND_OFF_MM)

@@ -8,8 +8,7 @@ import pytest
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
-from wpcal.brep.hits import find_hits
-from wpcal.brep.rays import is_blocked
+from wpcal.brep.hits import find_hits, is_blocked
 from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
@@ -43,7 +42,7 @@ def test_rays_meet_a_turned_box_where_its_slabs_say(angles: tuple[float, float, 
     rays = rng.uniform(-1.4, 1.4, (4000, 3)) * HALF_MM - origins  # towards the box or just past it
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     inner, outer = (meets_box(origins, rays, length_mm, HALF_MM + grown) for grown in (-CLEAR_MM, CLEAR_MM))
-    found = is_blocked(graph, TrimmedFaces.of(graph), origins @ R.T, rays @ R.T, length_mm=length_mm)
+    found = is_blocked(TrimmedFaces.of(graph), origins @ R.T, rays @ R.T, length_mm=length_mm)
     clear = inner == outer
     assert 0.2 < inner[clear].mean() < 0.95
     np.testing.assert_array_equal(found[clear], inner[clear])
@@ -52,7 +51,7 @@ def test_rays_meet_a_turned_box_where_its_slabs_say(angles: tuple[float, float, 
 def test_a_ray_ends_at_its_length() -> None:
     graph = saved_graph("sharp-box")
     origins, rays = np.tile([0.0, 0.0, 100.0], (2, 1)), np.tile([0.0, 0.0, -1.0], (2, 1))
-    blocked = is_blocked(graph, TrimmedFaces.of(graph), origins, rays, length_mm=np.array([79.0, 81.0]))
+    blocked = is_blocked(TrimmedFaces.of(graph), origins, rays, length_mm=np.array([79.0, 81.0]))
     assert blocked.tolist() == [False, True]
 
 
@@ -63,10 +62,10 @@ def test_only_faces_of_the_solid_are_hit_however_it_is_given(solid: Any) -> None
     rays = rng.normal(size=(50, 3))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     origins, trimmed = rng.uniform(low, high, (50, 3)) - graph.size_mm * rays, TrimmedFaces.of(graph)
-    every = find_hits(graph, trimmed, origins, rays, length_mm=2.0 * graph.size_mm)
+    every = find_hits(trimmed, origins, rays, length_mm=2.0 * graph.size_mm)
     own = graph.face_solid[every.face] == 1
     assert 0 < own.sum() < len(own)
-    found = find_hits(graph, trimmed, origins, rays, length_mm=2.0 * graph.size_mm, solid=solid)
+    found = find_hits(trimmed, origins, rays, length_mm=2.0 * graph.size_mm, solid=solid)
     np.testing.assert_array_equal(found.face, every.face[own])
 
 

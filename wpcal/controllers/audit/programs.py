@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.brep.hits import START_MM
 from wpcal.brep.material import TriangleMaterial
-from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.off_line import OFF_MM, Placed, Track, off_line_faults, tools_in_part
 from wpcal.controllers.judge.arc import arc_faults

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wpcal.brep.hits import START_MM
 from wpcal.brep.material import TriangleMaterial
-from wpcal.brep.rays import START_MM
 from wpcal.controllers.program.air_moves import TorchAtTool
 from wpcal.controllers.run.recorder import Motion
 from wpcal.core.arrays import FloatArray

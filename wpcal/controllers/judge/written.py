@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from wpcal.brep.rays import START_MM
+from wpcal.brep.hits import START_MM
 from wpcal.controllers.judge.arc import ALL_SWITCHES, arc_faults
 from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare, contacts_of
 from wpcal.controllers.judge.execute import Files, execute, programs_of, text_at, that_move

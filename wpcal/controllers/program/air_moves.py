@@ -18,8 +18,8 @@ from itertools import chain, pairwise, product
 
 import numpy as np
 
+from wpcal.brep.hits import START_MM
 from wpcal.brep.material import TriangleMaterial
-from wpcal.brep.rays import START_MM
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.options import opt

@@ -55,7 +55,7 @@ def draw_section(
     out += [rect(MARGIN, TOP, SIZE, SIZE, stroke="#d5d8dc"), '<g clip-path="url(#section)">']
     for number, turn in enumerate((math.pi / 4, -math.pi / 4)):
         origins, rays = _scan(p, R, half, turn)
-        hits = find_hits(graph, trimmed, origins, rays, length_mm=4.0 * half)
+        hits = find_hits(trimmed, origins, rays, length_mm=4.0 * half)
         places = (origins[hits.ray] + hits.at_mm[:, None] * rays[hits.ray] - p) @ R[:, 1:]
         for solid, first, last in _hatches(graph, hits, number):
             if (colour := solids.get(solid, "#aab2ba")) and (number == _side(solids, solid)):

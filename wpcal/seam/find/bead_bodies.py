@@ -53,7 +53,7 @@ def as_drawn(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], bea
     middle = [len(seams[row].frames) // 2 for row in own]
     p = np.array([seams[row].frames.p[k] for row, k in zip(own, middle, strict=True)]).reshape(-1, 3)
     z = np.array([seams[row].frames.R[k, :, 2] for row, k in zip(own, middle, strict=True)]).reshape(-1, 3)
-    hits = find_hits(graph, shown, p + ROOT_MM * z, z, length_mm=WIDEST_MM)
+    hits = find_hits(shown, p + ROOT_MM * z, z, length_mm=WIDEST_MM)
     found = list(seams)
     for first in np.flatnonzero(np.diff(hits.ray, prepend=-1)).tolist():
         row, face = own[hits.ray[first]], int(hits.face[first])
@@ -86,7 +86,7 @@ def _is_bead(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     surface = sampled_surface(graph, trimmed, solid)
     if not len(surface.p):
         return False
-    hits = find_hits(graph, trimmed, surface.p, surface.normal, length_mm=NEAR_MM + SKIN_MM)
+    hits = find_hits(trimmed, surface.p, surface.normal, length_mm=NEAR_MM + SKIN_MM)
     on = np.zeros(len(surface.p), dtype=bool)
     on[hits.ray[(graph.face_solid[hits.face] != solid) & (hits.way < 0)]] = True
     face, ends = ~on & ~surface.flat, ~on & surface.flat

@@ -192,7 +192,7 @@ def _send_round(graph: BrepGraph, trimmed: TrimmedFaces, lines: Sequence[_Lines]
     origins, z = (np.concatenate(column) for column in zip(*(own.drawn() for own in lines), strict=True))
     solid, far_mm = np.repeat([(own.solid, 2.0 * own.radius) for own in lines], LINES, axis=0).T
     solid = solid.astype(np.int64)
-    found = find_hits(graph, trimmed, origins, z, length_mm=far_mm, solid=solid)
+    found = find_hits(trimmed, origins, z, length_mm=far_mm, solid=solid)
     p = origins[found.ray] + found.at_mm[:, None] * z[found.ray]
     normal = project_to_faces(graph, found.face, p).normal
     inside = p - SKIN_MM * normal
@@ -225,7 +225,7 @@ def way_out(
     `solid`: int or ndarray of int, shape (m,)
     `p`, `ray`: shape (m, 3). Starts inside the solid (mm) and unit directions, in `part`.
     """
-    hits = find_hits(graph, trimmed, p, ray, length_mm=graph.size_mm, solid=solid)
+    hits = find_hits(trimmed, p, ray, length_mm=graph.size_mm, solid=solid)
     rows = np.flatnonzero(hits.way > 0)
     first = rows[np.unique(hits.ray[rows], return_index=True)[1]]
     length, normal = np.full(len(p), np.inf), np.zeros_like(p)

@@ -95,7 +95,7 @@ def _points_inside(
     through = low[solid] + (high - low)[solid] * rng.uniform(size=(len(solid), 3))
     reach = np.linalg.norm(high - low, axis=1)[solid] + 1.0
     start = through - reach[:, None] * way
-    hits = find_hits(graph, trimmed, start, way, length_mm=2.0 * reach, solid=solid)
+    hits = find_hits(trimmed, start, way, length_mm=2.0 * reach, solid=solid)
     first = np.flatnonzero((hits.way[:-1] < 0) & (hits.way[1:] > 0) & (hits.ray[:-1] == hits.ray[1:]))
     ray, at = hits.ray[first], (hits.at_mm[first] + hits.at_mm[first + 1]) / 2
     return solid[ray], start[ray] + at[:, None] * way[ray]

@@ -174,7 +174,7 @@ class _Corners:
         way /= np.where(deep > 0, deep, 1.0)[:, None]
         sheet_mm = self._sheet_mm(trimmed)[rows]
         far_mm = np.maximum(WALL * deep, (1.0 + BEND_SHARE) * sheet_mm)
-        hits = find_hits(self.graph, trimmed, self.foot[rows] + SKIN_MM * way, way, length_mm=far_mm)
+        hits = find_hits(trimmed, self.foot[rows] + SKIN_MM * way, way, length_mm=far_mm)
         first = np.flatnonzero(np.diff(hits.ray, prepend=-1))
         ray, face = hits.ray[first], hits.face[first]
         at = self.foot[rows[ray]] + (SKIN_MM + hits.at_mm[first])[:, None] * way[ray]

@@ -46,7 +46,7 @@ def find_held(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 def _touching(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, other: int, gap_mm: float) -> FloatArray:
     """Return the outward normals of another solid at random points where a solid touches it, shape (k, 3)."""
     own = sampled_surface(graph, trimmed, solid)
-    hits = find_hits(graph, trimmed, own.p - gap_mm * own.normal, own.normal, length_mm=2.0 * gap_mm, solid=other)
+    hits = find_hits(trimmed, own.p - gap_mm * own.normal, own.normal, length_mm=2.0 * gap_mm, solid=other)
     at = own.p[hits.ray] + (hits.at_mm - gap_mm)[:, None] * own.normal[hits.ray]
     normal = project_to_faces(graph, hits.face, at).normal
     return np.asarray(normal[np.einsum("ki,ki->k", normal, own.normal[hits.ray]) < OPPOSED])

@@ -14,8 +14,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from wpcal.brep.hits import START_MM
 from wpcal.brep.material import Material, find_solids_around
-from wpcal.brep.rays import START_MM
 from wpcal.brep.tubes import Radius
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.moves.sweep import STEP_MM

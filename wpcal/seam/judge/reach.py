@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wpcal.brep.hits import START_MM
 from wpcal.brep.material import Material, TriangleMaterial, find_solids_around
-from wpcal.brep.rays import START_MM
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.robot.moves.sweep import Swept, Way, last_poses, sweep
 from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions

@@ -11,9 +11,9 @@ import numpy as np
 from wpcal.brep.crossing import heights
 from wpcal.brep.curves import arc_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph
+from wpcal.brep.hits import START_MM
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_of_groups
-from wpcal.brep.rays import START_MM
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.core.last_held import last_held
@@ -178,7 +178,7 @@ def _crossings(trimmed: TrimmedFaces, wires: _Wires) -> _Crossings:
     here = np.flatnonzero(owner[1:] == owner[:-1])
     q0, q1 = q[here].reshape(-1, 3), q[here + 1].reshape(-1, 3)
     first = first_of_groups(owner[here], frames.R[here, :, 2])
-    near = find_near_faces(wires.graph, trimmed, q0, q1, RAILS * first)
+    near = find_near_faces(trimmed, q0, q1, RAILS * first)
     group = np.repeat(np.arange(len(first)), RAILS * np.diff(first, append=len(here)))
     step = q1 - q0
     length = np.linalg.norm(step, axis=1)
@@ -330,9 +330,7 @@ def _where_wire_is_free(trimmed: TrimmedFaces, wires: _Wires, changes: Sequence[
         own, at = np.nonzero(is_asked)
         p, z = wires.at(seam[rows][own], places[own, at])
         q, far_mm = p + start[rows][own, None] * z, length[rows][own]
-        near = find_near_faces(
-            wires.graph, trimmed, q, q + far_mm[:, None] * z, np.flatnonzero(np.diff(own, prepend=-1))
-        )
+        near = find_near_faces(trimmed, q, q + far_mm[:, None] * z, np.flatnonzero(np.diff(own, prepend=-1)))
         met = find_hits_near(trimmed, near, own, q, z, length_mm=far_mm).ray
         free = np.ones(places.shape, dtype=bool)
         free[own[met], at[met]] = False

@@ -91,7 +91,7 @@ def _held(
 
 def _meet(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, way: FloatArray) -> tuple[BoolArray, IntArray]:
     """Tell which rays meet a face, and the solid of the first face, or -1."""
-    hits = find_hits(graph, trimmed, p, way, length_mm=2.0 * graph.size_mm)
+    hits = find_hits(trimmed, p, way, length_mm=2.0 * graph.size_mm)
     rays, first = np.unique(hits.ray, return_index=True)
     solid = np.full(len(p), -1)
     solid[rays] = graph.face_solid[hits.face[first]]

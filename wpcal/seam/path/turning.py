@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.rays import START_MM, is_blocked
+from wpcal.brep.hits import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.path.discretise import Stations, lengths_between
@@ -105,7 +105,7 @@ def face_free_space(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam) -> Seam
     x, normal = frames.R[:, :, 0], frames.R[:, :, 2]
     side, p = np.cross(normal, x), frames.p[opposed]
     ways = (side[opposed], -side[opposed])
-    free = [int((~is_blocked(graph, trimmed, p + START_MM * way, way)).sum()) for way in ways]
+    free = [int((~is_blocked(trimmed, p + START_MM * way, way)).sum()) for way in ways]
     up = float(side[opposed, 2].sum())
     z = np.where(opposed[:, None], side if (free[0], up) >= (free[1], -up) else -side, normal)
     R = np.stack([x, np.cross(z, x), z], axis=2)

@@ -13,7 +13,7 @@ from wpcal.brep.concavity import LEAST_TURN_SIN, are_concave
 from wpcal.brep.contact import CONTACT_GAP_MM
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind
-from wpcal.brep.rays import START_MM, is_blocked
+from wpcal.brep.hits import START_MM, is_blocked
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -208,4 +208,4 @@ def _lies_on_another(graph: BrepGraph, trimmed: TrimmedFaces, vertex: IntArray, 
 
 def _is_covered(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, out: FloatArray) -> BoolArray:
     """Tell where the part itself is in the way outward, within the length of a torch."""
-    return is_blocked(graph, trimmed, p + START_MM * out, out)
+    return is_blocked(trimmed, p + START_MM * out, out)

@@ -77,7 +77,7 @@ def find_strokes(graph: BrepGraph, trimmed: TrimmedFaces, contacts: TouchPlaces,
     tip = contacts.p + radius[:, None] * contacts.normal
     most = 2.0 * contacts.normal_mm + MARGIN_MM + options.wire_mm + LEAST_GAP_MM
     lift = 1e-3  # the ray begins outside the face itself
-    out = find_hits(graph, trimmed, contacts.p + lift * contacts.normal, contacts.normal, length_mm=most)
+    out = find_hits(trimmed, contacts.p + lift * contacts.normal, contacts.normal, length_mm=most)
     behind_start = np.full(len(contacts), np.inf)
     np.minimum.at(behind_start, out.ray, out.at_mm)
     room = behind_start - radius - wire_radius - contacts.normal_mm - LEAST_GAP_MM
@@ -93,7 +93,7 @@ def find_strokes(graph: BrepGraph, trimmed: TrimmedFaces, contacts: TouchPlaces,
 def _next_body_mm(graph: BrepGraph, trimmed: TrimmedFaces, contacts: TouchPlaces, length_mm: FloatArray) -> FloatArray:
     """Return how far behind the face the next body begins, along the search; infinite beyond `length_mm`."""
     skin = 1e-3
-    hits = find_hits(graph, trimmed, contacts.p - skin * contacts.normal, -contacts.normal, length_mm=length_mm)
+    hits = find_hits(trimmed, contacts.p - skin * contacts.normal, -contacts.normal, length_mm=length_mm)
     other = (hits.way < 0) | (graph.face_solid[hits.face] != graph.face_solid[contacts.face[hits.ray]])
     found = np.full(len(contacts), np.inf)
     np.minimum.at(found, hits.ray[other], hits.at_mm[other])
@@ -115,7 +115,7 @@ def _meets_its_face_first(
         for side in (-1.0, 0.0, 1.0):
             aside = np.where(flat, side * contacts.across_mm, 0.0)[:, None] * across
             origins = start - share * length * contacts.wire + aside
-            hits = find_hits(graph, trimmed, origins, -contacts.normal, length_mm=reach)
+            hits = find_hits(trimmed, origins, -contacts.normal, length_mm=reach)
             good[hits.ray[labels[hits.face] != labels[contacts.face[hits.ray]]]] = False
     beside = _is_hit_beside(graph, trimmed, strokes, labels, along, across)
     return np.asarray(good & (flat | beside), dtype=bool)
@@ -134,7 +134,7 @@ def _is_hit_beside(
     offsets.append(-(contacts.along_mm + BORDER_MM)[:, None] * along)
     offsets.append(np.where(contacts.is_side, 0.0, contacts.along_mm + BORDER_MM)[:, None] * along)
     for offset in offsets:
-        hits = find_hits(graph, trimmed, start + offset, -contacts.normal, length_mm=length)
+        hits = find_hits(trimmed, start + offset, -contacts.normal, length_mm=length)
         first = np.full(len(strokes), -1)
         first[hits.ray[::-1]] = hits.face[::-1]  # sorted by distance: the nearest is written last
         good &= (first >= 0) & (labels[first] == labels[contacts.face])

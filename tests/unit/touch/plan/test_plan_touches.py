@@ -95,7 +95,7 @@ def test_every_search_keeps_the_rules(name: str, golden: Any) -> None:
     options = TouchOptions()
     plan = plan_touches(part, options=options)
     assert len(plan.searches) == 8
-    graph, trimmed = part.graph, part.trimmed
+    trimmed = part.trimmed
     for search in plan.searches:
         np.testing.assert_allclose(search.direction, -search.normal_part, rtol=0, atol=ON_FACE_MM)
         before = float((search.start - search.planned) @ search.normal_part)
@@ -105,7 +105,7 @@ def test_every_search_keeps_the_rules(name: str, golden: Any) -> None:
         angle = math.degrees(math.acos(float(np.clip(search.R_part_tool[:, 2] @ search.direction, -1, 1))))
         assert angle < 1e-3 if search.contact is Contact.END else angle >= 20.0
         assert search.radius_mm == pytest.approx(0.6 * math.sin(math.radians(angle)), abs=1e-6)
-        ray = find_hits(graph, trimmed, search.start[None], search.direction[None], length_mm=search.stroke_mm)
+        ray = find_hits(trimmed, search.start[None], search.direction[None], length_mm=search.stroke_mm)
         first = ray.at_mm.min(initial=np.inf)
         assert first == pytest.approx(before + search.radius_mm, abs=1e-3)  # the face itself
         assert np.linalg.det(search.R_part_tool) == pytest.approx(1.0)
