@@ -1,15 +1,18 @@
 """Verdicts and their reasons; parts that are larger than their models."""
 
 import math
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from wpcal.calibrate import Criterion, TeachingError, VerdictKind, VerdictReason, calibrate
 from wpcal.calibrate.errors.linear_fit import budget_of_design
 from wpcal.calibrate.errors.robot_field import PRIOR_SCALE, RobotField
 from wpcal.calibrate.size import PartSize
+from wpcal.calibrate.trust.residuals import ResidualEvidence
 from wpcal.calibrate.trust.scale import ScaleFit
 from wpcal.core.errors import InputError
 from wpcal.core.pairs import PointPairs
@@ -129,6 +132,17 @@ def test_touches_that_measure_the_scale_leave_little_of_its_prior():
     warm = calibrate(pairs_of(walls, 5e-4 * walls + rng.normal(0.0, 0.3, walls.shape)), seam_points=57.0 * SEAM)
     assert warm.judgement.reason is VerdictReason.SCALE
     assert warm.judgement.error_95_mm > 2.0
+
+
+@pytest.mark.parametrize("freedom", [0, 1, 7])
+def test_residuals_contradict_an_error_from_its_quantile_on_and_the_stated_one_above_the_last_digit(freedom):
+    limit = 0.3**2 * chi2.ppf(0.99, max(freedom, 1))
+    found = [ResidualEvidence(limit * share, 1.0, freedom, 9, ()).contradicts(0.3) for share in (0.999, 1.001)]
+    assert found == [False, freedom > 0]
+    for chance, rms_mm in product((0.0099, 0.0101), repeat=2):
+        told = ResidualEvidence(9 * rms_mm**2, chance, freedom, 9, ())
+        assert told.contradicts_stated is (chance < 0.01 < rms_mm)
+        assert told.birge_ratio == pytest.approx(math.sqrt(chi2.isf(chance, max(freedom, 1)) / max(freedom, 1)))
 
 
 def test_more_than_six_names_are_counted():
