@@ -21,9 +21,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("wpcal", "cad", "tests")
 _TARGET = re.compile(r"^((?:wpcal|cad)(?:\.\w+)+)(?::\w+)?$")
-WHOLE = (
-    "test_whole_records.py"  #: What most changes of results are seen by comes with the tests that name a changed file.
-)
+WHOLE = ("test_whole_records.py", "test_values_of_fits.py")
+"""What most changes of results are seen by comes with the tests that name a changed file."""
 QUICK = ("unit", "laws", "golden", "lint")  #: Folders whose tests seldom run a command, the kernel or a browser.
 MOST_FILES = 20
 """Test files beyond this many take longer than a minute: the nearest ones are run, and the others are counted."""
@@ -120,7 +119,7 @@ def near_tests(changed: Iterable[Path]) -> list[Path]:
     return sorted(
         tests,
         key=lambda path: (
-            min(reached[path], 1) if path.name == WHOLE else reached[path],
+            min(reached[path], 1) if path.name in WHOLE else reached[path],
             path.relative_to(ROOT).parts[1] not in QUICK,
             len(imports_of(path)),
             path,
