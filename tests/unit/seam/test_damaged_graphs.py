@@ -62,3 +62,8 @@ def test_poles_at_infinity_are_refused() -> None:
     poles[1, 2] = np.nan
     with pytest.raises(GeometryError, match="is infinite or farther away"):
         require_finite(replace(graph, nurbs_curves=(replace(curve, poles=poles), *graph.nurbs_curves[1:])))
+    (surface,) = saved_graph("bead-leaning-pipe").nurbs_surfaces
+    with pytest.raises(GeometryError, match="is infinite or farther away"):
+        require_finite(
+            replace(saved_graph("bead-leaning-pipe"), nurbs_surfaces=(replace(surface, poles=1e300 * surface.poles),))
+        )
