@@ -359,20 +359,22 @@ class _Steps:
         changes = np.flatnonzero(self.joined & (chosen[1:] >= 0) & (chosen[:-1] >= 0) & (chosen[1:] != chosen[:-1]))
         fast = changes[self._needs_mm(chosen[changes], chosen[changes + 1]) > self.step_mm[changes]]
         seams = np.split(fast, np.flatnonzero(np.diff(self.own.owner[fast])) + 1)
-        ways = [(one, way) for one in (self._evened(rows.tolist(), chosen) for rows in seams) if (way := next(one))]
-        while ways:  # a seam that is told whether its way is free answers with the next one
-            free = self._are_free_ways([way for _, way in ways])
-            ways = [(one, way) for (one, _), is_free in zip(ways, free, strict=True) if (way := one.send(is_free))]
+        asked = [(one, ways) for one in (self._evened(rows.tolist(), chosen) for rows in seams) if (ways := next(one))]
+        while asked:  # a seam that is told which of its ways are free answers with those of its next change
+            free = iter(self._are_free_ways([way for _, ways in asked for way in ways]))
+            asked = [(one, own) for one, ways in asked if (own := one.send([next(free) for _ in ways]))]
 
-    def _evened(self, rows: Sequence[int], chosen: IntArray) -> Generator[tuple[IntArray, IntArray] | None, bool]:
-        """Ask for ways of one seam, by stations and their poses, None at the end; those that are free are chosen."""
+    def _evened(self, rows: Sequence[int], chosen: IntArray) -> Generator[list[tuple[IntArray, IntArray]], list[bool]]:
+        """Ask for the ways of each change of one seam, by stations and their poses; the first free one is chosen."""
         for row in rows:
-            for first, last, share in self._windows(row, chosen):
-                poses = self._poses_between(int(chosen[first]), int(chosen[last]), share[1:-1])
-                if (yield np.arange(first, last + 1), poses):
-                    chosen[first : last + 1] = poses
-                    break
-        yield None
+            ways = [
+                (np.arange(first, last + 1), self._poses_between(int(chosen[first]), int(chosen[last]), share[1:-1]))
+                for first, last, share in self._windows(row, chosen)
+            ]
+            free = (yield ways) if ways else []
+            for stations, poses in [way for way, is_free in zip(ways, free, strict=True) if is_free][:1]:
+                chosen[stations] = poses
+        yield []
 
     def too_fast(self, chosen: IntArray, start: int) -> tuple[str, ...]:
         """Say where a torch turns faster than asked on the seam whose first station is `start`: the fastest turn."""

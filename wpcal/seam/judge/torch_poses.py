@@ -196,16 +196,16 @@ def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> 
     directions normal to z of the seam. A seam that goes on to one side is not in a pocket.
     """
     found, rows = np.full(len(poses), -1), np.arange(len(poses))
-    for turn in np.arange(POCKET_WIDTHS) * np.pi / POCKET_WIDTHS:
-        own = poses.select(rows)
+    for turns in np.split(np.arange(POCKET_WIDTHS) * np.pi / POCKET_WIDTHS, [1]):  # most are not narrow one way
+        own, turn = poses.select(np.tile(rows, len(turns))), np.repeat(turns, len(rows))[:, None]
         way = np.cos(turn) * own.R[:, :, 0] + np.sin(turn) * own.R[:, :, 1]
         face, one = _nearest_beside(graph, trimmed, own, way)
         near = np.flatnonzero(face >= 0)
-        other = np.full(len(rows), np.inf)
+        other = np.full(len(own), np.inf)
         other[near] = _nearest_beside(graph, trimmed, own.select(near), -way[near])[1]
-        is_narrow = one + other < 2.0 * poses.torch.mouth_mm + POCKET_STEP_MM
-        found[rows] = np.where(is_narrow, face, -1)
-        rows = rows[is_narrow]
+        narrow = (one + other < 2.0 * poses.torch.mouth_mm + POCKET_STEP_MM).reshape(len(turns), -1).all(axis=0)
+        found[rows] = np.where(narrow, face[len(own) - len(rows) :], -1)
+        rows = rows[narrow]
     return found
 
 
@@ -216,9 +216,9 @@ def _nearest_beside(
     radii = np.arange(POCKET_STEP_MM, 2.0 * poses.torch.mouth_mm, POCKET_STEP_MM)
     n, k = len(poses), len(radii)
     start = (poses.p + poses.start_mm[:, None] * poses.back)[:, None] + radii[:, None] * way[:, None]
-    each = poses.select(np.repeat(np.arange(n), k))
-    lines, back, far = start.reshape(-1, 1, 3), each.back[:, None], (each.mouth_mm - each.start_mm)[:, None]
-    near = NearBundles.around(trimmed, each.owner, lines, lines + far[..., None] * back)
+    lines, back = start.reshape(-1, 1, 3), np.repeat(poses.back, k, axis=0)[:, None]
+    owner, far = np.repeat(poses.owner, k), np.repeat(poses.mouth_mm - poses.start_mm, k)[:, None]
+    near = NearBundles.around(trimmed, owner, lines, lines + far[..., None] * back)
     met = near.first_faces(trimmed, lines, back, far)
     met = np.where((met >= 0) & _is_wide_round(graph, poses.torch.mouth_mm)[met], -1, met).reshape(n, k)
     nearest = (met >= 0).argmax(axis=1) if n else np.zeros(0, dtype=np.int64)
