@@ -235,12 +235,6 @@ class Rule(Enum):
         "Members are cut to fit each other; such solids were put into each other.",
         "length of all candidates between the two",
     )
-    CUT_IN_ONE = RuleRow(
-        0.5,
-        "A plate up to 6 mm, narrower than the nozzle, has the thickness of another one and a side in a plane of it.",
-        "It would have been cut with it from one blank, and bent where it stands up.",
-        "shape: planes and section of the two",
-    )
     LEFT_OVER = RuleRow(
         0.515,
         "Of the joints that could be welded, four fifths have a solid that was made in one piece; this is one of the "

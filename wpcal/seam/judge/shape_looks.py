@@ -12,16 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
-from wpcal.seam.find.built_up import SAME_THICKNESS, is_turned
+from wpcal.seam.find.built_up import is_turned
 from wpcal.seam.judge.closed_in import find_held
 from wpcal.seam.judge.held_fast import is_gasket, is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
-from wpcal.seam.limits import FLUSH_MM
 from wpcal.seam.member.heavy_bars import find_bar, why_timber
-from wpcal.seam.member.member import ON_COS, THINNEST_MM, MemberKind
+from wpcal.seam.member.member import THINNEST_MM, MemberKind
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members
 from wpcal.seam.member.one_piece import OnePieces, signature
@@ -31,7 +30,6 @@ from wpcal.seam.seam import Finding
 SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
-THICKEST_TAB_MM = 6.0  #: What is thicker is hardly bent up from the blank that it was cut from.
 THINNEST_TUBE_MM, THINNEST_BAR_MM = 0.5, 6.0
 """Tubes of furniture have walls of 1 mm. The pool is wider than such bars both ways."""
 
@@ -106,22 +104,12 @@ class ShapeLooks:
             if self._of_equals(has_round_tread, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
         orders = ((a, b), (b, a))
-        if any(self._are_cut_in_one(*own) for own in orders):
-            yield Rule.CUT_IN_ONE.found("one is a tab as thin as the other, in a plane of it")
         rings = RINGS if any(self._of_equals(is_turned, solid) for solid in (a, b)) else ()
         found = (rule.found(words) for look, rule, words in rings if any(self._once(look, *own) for own in orders))
         closed_in = Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
         seat = next(found, closed_in if self._held[self._first_pair(a, b)] else None)
         if seat is not None:
             yield seat
-
-    def _are_cut_in_one(self, tab: int, other: int) -> bool:
-        """Tell whether a narrow plate is as thin as another solid, and one of its sides is in a plane of that."""
-        kind, thick, wide = self._of_equals(_member_mm, tab)
-        if kind not in (MemberKind.PLATE, MemberKind.BAR) or wide > self.nozzle_mm or thick > THICKEST_TAB_MM:
-            return False
-        is_as_thin = abs(self._of_equals(_thick_mm, other) - thick) <= SAME_THICKNESS * thick
-        return is_as_thin and _is_in_plane(self.graph, tab, other, thick)
 
     def _of_part(self) -> Iterator[Finding]:
         members = self.members.notes.members
@@ -154,34 +142,10 @@ class ShapeLooks:
 
 def _why_thin(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str:
     """Say how thin a sheet or bar is that an arc burns through; empty for another solid."""
-    (kind, *two), bar_mm = _member_mm(graph, trimmed, solid), _thick_mm(graph, trimmed, solid)
-    if bar_mm < (THINNEST_TUBE_MM if kind in (MemberKind.TUBE, MemberKind.ROUND) else THINNEST_MM):
-        return f"{bar_mm:.2g} mm thick"
-    return f"a bar of {two[0]:.2g} x {two[1]:.2g} mm" if two[0] > 0.0 and two[1] < THINNEST_BAR_MM else ""
-
-
-def _member_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> tuple[MemberKind | None, float, float]:
-    """Return which member a solid is, and its two shorter sides, mm; none for a solid that is not one member."""
-    found = members_of(graph, trimmed, solid)
-    if not found.is_one:
-        return None, 0.0, 0.0
-    thick, wide = sorted((*found.members[0].section.tolist(), found.members[0].length_mm))[:2]
-    return found.members[0].kind, thick, wide
-
-
-def _thick_mm(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
-    """Return the thickness of a plate or bar, mm; infinite for another solid."""
-    bar = find_bar(graph, trimmed, solid)
-    return np.inf if bar is None else bar.thick
-
-
-def _is_in_plane(graph: BrepGraph, tab: int, other: int, thick: float) -> bool:
-    """Tell whether a side of a plate of a thickness, mm, is in a plane of another solid."""
-    own, there = (
-        np.flatnonzero((graph.face_solid == k) & (graph.face_kind == SurfaceKind.PLANE)) for k in (tab, other)
-    )
-    n, m = (graph.face_frame[faces, 3] * graph.face_outward[faces][:, None] for faces in (own, there))
-    p, q = graph.face_frame[own, 0], graph.face_frame[there, 0]
-    in_plane = (np.abs(np.einsum("ijk,ik->ij", q - p[:, None], n)) <= FLUSH_MM) & (n @ m.T > ON_COS)
-    behind = (np.abs(np.einsum("ijk,ik->ij", p - p[:, None], n) + thick) <= FLUSH_MM) & (n @ n.T < -ON_COS)
-    return bool((in_plane.any(axis=1) & behind.any(axis=1)).any())
+    found, bar = members_of(graph, trimmed, solid), find_bar(graph, trimmed, solid)
+    (only,) = found.members if found.is_one and len(found.members) == 1 else (None,)
+    is_tube = only is not None and only.kind in (MemberKind.TUBE, MemberKind.ROUND)
+    if bar is not None and bar.thick < (THINNEST_TUBE_MM if is_tube else THINNEST_MM):
+        return f"{bar.thick:.2g} mm thick"
+    thick, wide = (0.0, np.inf) if only is None else sorted((*only.section.tolist(), only.length_mm))[:2]
+    return f"a bar of {thick:.2g} x {wide:.2g} mm" if thick > 0.0 and wide < THINNEST_BAR_MM else ""

@@ -215,7 +215,7 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
 
 def _holes_in_line(holes: Holes, fasteners: Mapping[int, Fastener]) -> Iterator[Clamp]:
     """Yield where the holes of two members meet on one axis, and the knuckles of hinges."""
-    knuckles: dict[tuple[object, ...], list[Clamp]] = defaultdict(list)
+    knuckles: dict[object, list[Clamp]] = defaultdict(list)
     for a, b in _coaxial(holes):
         pair, meets = tuple(sorted(holes.solid[[a, b]].tolist())), _meeting(holes, a, b)
         if meets is None or {*pair} & fasteners.keys():
@@ -223,12 +223,16 @@ def _holes_in_line(holes: Holes, fasteners: Mapping[int, Fastener]) -> Iterator[
         bosses = int(holes.is_boss[a]) + int(holes.is_boss[b])
         clamp = Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, max(bosses, 1), 0)
         if bosses == HINGED:
-            axis = tuple(np.round(np.append(holes.o[a], holes.z[a]) / COAXIAL_MM / 4).tolist())
-            knuckles[pair, axis].append(clamp)
+            knuckles[pair].append(clamp)
         elif bosses == 0:
             yield replace(clamp, far_walls=_has_far_wall(holes, a) + _has_far_wall(holes, b))
-    for hinge in knuckles.values():
-        yield from hinge if len(hinge) >= HINGED else ()
+    for own in knuckles.values():
+        yield from (one for one in own if sum(_is_on_axis_of(one, other) for other in own) >= HINGED)
+
+
+def _is_on_axis_of(one: Clamp, other: Clamp) -> bool:
+    turn = np.linalg.norm(np.cross(one.z, other.z))
+    return bool(turn <= COAXIAL_SIN and (off_axis(one.o[None], other.o, other.z) <= 2 * COAXIAL_MM).all())
 
 
 def _has_far_wall(holes: Holes, row: int) -> bool:
