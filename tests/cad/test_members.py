@@ -151,7 +151,23 @@ def test_a_tube_is_known_by_its_bore_whatever_covers_its_outside() -> None:
     assert (known.length_mm, known.thickness_mm, *known.section) == pytest.approx((600.0, 6.0, 60.0, 100.0))
     assert found.share > 0.98
     milled = Box(100, 60, 600, align=ALONG) - Pos(5, 0, 0) * Box(60, 40, 600, align=ALONG)
+    girder = tube + [Pos(0, 27 * side, 0) * Box(140, 6, 600, align=ALONG) for side in (-1, 1)]  # of four plates
     assert all(one.kind is not MemberKind.TUBE for one in members_of(*graph_of(milled + rails), 0).members)
+    girder += Box(200, 120, 8)  # otherwise it is an extrusion
+    assert not any(one.roots for one in members_of(*graph_of(girder), 0).members)
+
+
+def test_a_sheet_that_meets_a_plate_along_an_arc_is_no_bend() -> None:
+    scoop = Cylinder(100, 126) - Cylinder(97, 120) - Pos(100, 0, 0) * Box(200, 200, 200)
+    accepted = [seam for seam in fused_seams(scoop) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * np.pi * 97, rel=0.01)
+
+
+def test_bars_on_edge_are_no_plate_that_was_cut_out() -> None:
+    frame = Box(400, 300, 30, align=ALONG) - Box(390, 290, 30, align=ALONG)
+    bars = [Pos(0, y, 0) * Box(390, 4, 30, align=ALONG) for y in range(-80, 81, 40)]
+    accepted = [seam for seam in fused_seams(frame + bars) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(5 * 4 * 30.0)
 
 
 def octagon(x: float, y: float, cut: float) -> Any:
@@ -356,6 +372,11 @@ def test_nobody_welds_round_bolts_screws_and_nuts_that_are_one_body_with_their_p
     screw = Pos(0, -75, 0) * pin(6, 9, 5, chamfer=4)
     assert welded_mm(PLATE, TUBE, *heads, screw) == pytest.approx(TUBE_MM, rel=0.01)
     assert welded_mm(hexagon(38, 10) + Pos(0, 0, 10) * Cylinder(12.7, 300, align=ALONG)) == 0.0
+    bolt, holed = (
+        Cylinder(7.5, 8, align=ALONG) + Pos(0, 0, 8) * hexagon(24, 13),
+        PLATE - Pos(75, 0, 0) * Cylinder(8.5, 30),
+    )
+    assert welded_mm(holed, TUBE, Pos(75, 0, 0) * bolt) == pytest.approx(TUBE_MM, rel=0.01)
 
 
 @pytest.mark.parametrize(

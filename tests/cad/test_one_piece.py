@@ -138,10 +138,11 @@ def pocketed(pocket_mm: float) -> Any:
     return plate - Pos(-50, 0, 25 - pocket_mm) * pocket - Pos(-50, 0, 0) * Cylinder(6, 60)
 
 
-def islands() -> Any:
+def islands(corner_mm: float = 0.1) -> Any:
     """Return a block with a pocket that round corners show to be milled, and what the cutter left in it."""
     pocket = fillet(Box(106, 66, 30, align=LOW).edges().filter_by(Axis.Z), 8)
-    block = Box(130, 90, 35, align=LOW) - Pos(0, 0, 12) * pocket + Pos(26, 11, 0) * Cylinder(12, 28, align=LOW)
+    block = fillet(Box(130, 90, 35, align=LOW).edges().filter_by(Axis.Z), corner_mm)
+    block = block - Pos(0, 0, 12) * pocket + Pos(26, 11, 0) * Cylinder(12, 28, align=LOW)
     return block + Pos(-26, 0, 0) * fillet(Box(24, 30, 28, align=LOW).edges().filter_by(Axis.Z), 6)
 
 
@@ -151,8 +152,33 @@ def stepped() -> Any:
     return Box(300, 240, 31, align=LOW) - Pos(120, 0, 18.6) * step - Pos(0, 0, 31) * slot
 
 
+def crate() -> Any:
+    """Return a box with round corners and ribs, of one wall."""
+    outer, inner = (
+        fillet(Box(x, x - 60, 100, align=LOW).edges().filter_by(Axis.Z), r) for x, r in ((240, 9), (235, 6.5))
+    )
+    return outer - Pos(0, 0, 2.5) * inner + [Pos(x, 92, 0) * Box(2.5, 12, 80, align=LOW) for x in range(-90, 91, 30)]
+
+
+def extrusion() -> Any:
+    """Return a square bar with a T slot in each of its sides."""
+    slot = Pos(0, 16, 0) * Box(8, 8, 300) + Pos(0, 13, 0) * Box(16, 6, 300)
+    return Box(40, 40, 300) - [Rot(0, 0, 90 * k) * slot for k in range(4)]
+
+
+def keyed_shaft() -> Any:
+    """Return a shaft with a collar and a keyway that ends in the shaft."""
+    return Cylinder(20, 150) + Cylinder(28, 10) - Pos(17, 0, 40) * Box(10, 10, 40)
+
+
 def small_tee(scale: float, rib_mm: float = 4) -> Any:
     return (Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, rib_mm, 60, align=LOW)).scale(scale)
+
+
+def small_spout(wall_mm: float) -> Any:
+    """Return a tube of sheet on a plate of 3 mm."""
+    spout = Box(60, 60, 100, align=LOW) - Box(60 - 2 * wall_mm, 60 - 2 * wall_mm, 100, align=LOW)
+    return Box(100, 100, 3, align=LOW) + Pos(0, 0, 3) * spout
 
 
 @pytest.mark.parametrize(
@@ -167,16 +193,28 @@ def small_tee(scale: float, rib_mm: float = 4) -> Any:
         (lambda: pocketed(10), "it is a plate with a pocket in it: it looks milled or printed"),
         (lambda: pocketed(30), None),  # a hole through it
         (islands, "it is a plate with a pocket in it: it looks milled or printed"),
+        (
+            lambda: islands(15),
+            "it is a plate with a pocket in it: it looks milled or printed",
+        ),  # its corners are no bends
         (stepped, "it is one plate with steps or pads: it looks milled or printed"),
         (lambda: small_tee(0.5), "it is 167 mm long with a wall of 2.0 mm: it looks moulded or printed"),
         (lambda: small_tee(0.7), None),
         (lambda: small_tee(0.5, rib_mm=6), None),  # two thicknesses of stock
+        (lambda: small_spout(2), "it is 175 mm long with a wall of 1.9 mm: it looks moulded or printed"),
+        (lambda: small_spout(1.2), None),  # a print as thin would break
+        (crate, "its 8 walls are 2.5 mm thick, with round corners: it looks moulded"),
+        (keyed_shaft, "all its faces are round about one axis: it looks turned"),
     ],
 )
 def test_what_looks_pressed_milled_or_printed_has_no_seam(made: Callable[[], Any], why: str | None) -> None:
     graph = to_brep([("S", made().solid().wrapped)])
     assert any(seam.accepted for seam in detect_seams(graph)) == (why is None)
     assert [one[2] for one in find_whole_solids(graph, TrimmedFaces.of(graph))] == ([why] if why else [])
+
+
+def test_an_extrusion_with_slots_is_clamped() -> None:
+    assert looks_whole(extrusion()) == "its section has 16 inner corners: it is an extrusion"
 
 
 CAST, CUT = (clevis, casting), (pad, rounded_plate, flange, hub, mitred_angle, stub)

@@ -154,70 +154,17 @@ def box_beam(rng: Rng) -> list[Drawn]:
     return members
 
 
-def lattice(rng: Rng) -> list[Drawn]:
-    """Two rolled angles with flat bars lapped across them, straight and aslant."""
-    w, t, d, n = pick(rng, 40, 50, 60), pick(rng, 5, 6), between(rng, 180, 320, 10), int(rng.integers(2, 4))
-    long = 300.0 * n
-    outline = [(0, 0), (w, 0), (w, t), (t, t), (t, w), (0, w)]
-    low = prism(outline, long, b.Plane(origin=(0, 0, 0), x_dir=(0, 1, 0), z_dir=(1, 0, 0)))
-    roots = [e for e in low.edges().filter_by(b.Axis.X) if math.dist((e.center().Y, e.center().Z), (t, t)) < 1e-6]
-    low = low.fillet(6, roots) if rng.random() < 0.7 else low
-    high = low.mirror(b.Plane.XZ).translate((0, d, 0))
-    bars = (box(40, d - 20, 6, (10 + (long - 60) * k / n, 10, -6)) for k in range(n + 1))
-    return [
-        still("angle0", low),
-        still("angle1", high),
-        *((f"batten{k}", bar, (0, 0, -1)) for k, bar in enumerate(bars)),
-    ]
+def grating(rng: Rng) -> list[Drawn]:
+    """Flat bars on edge in a frame of flats."""
+    n, d, t, f = int(rng.integers(4, 8)), pick(rng, 25, 30, 40), pick(rng, 3, 4, 5), pick(rng, 5, 6)
+    a, w = between(rng, 300, 600, 10), between(rng, 200, 400, 10)
+    members = [still(f"side{k}", box(a, f, d, (0, y, 0))) for k, y in enumerate((0, w - f))]
+    members += [still(f"end{k}", box(f, w - 2 * f, d, (x, f, 0))) for k, x in enumerate((0, a - f))]
+    at = ((f, f + (w - 2 * f) * (k + 1) / (n + 1) - t / 2, 0) for k in range(n))
+    return members + [still(f"bar{k}", box(a - 2 * f, t, d - pick(rng, 0, 5), place)) for k, place in enumerate(at)]
 
 
-def repad(rng: Rng) -> list[Drawn]:
-    """A branch on a pipe with a reinforcing pad round it, and a flange on the branch."""
-    r, t, q = between(rng, 80, 160, 10), pick(rng, 5, 6, 8), between(rng, 25, 50)
-    around = (0, 0, 1)
-    main = cut(cylinder(r, 500, (-250, 0, 0), (1, 0, 0)), cylinder(r - t, 500, (-250, 0, 0), (1, 0, 0)))
-    outer = cylinder(r, 500, (-250, 0, 0), (1, 0, 0))
-    branch = cut(cylinder(q, r + 130, (0, 0, 0), around), cylinder(q - 4, r + 130, (0, 0, 0), around))
-    main = cut(main, cylinder(q - 4, r + 130, (0, 0, 0), around))
-    skin = cut(cylinder(r + t, 500, (-250, 0, 0), (1, 0, 0)), outer)
-    disc = cut(cylinder(q + 40, r + 130, (0, 0, 0), around), cylinder(q, r + 130, (0, 0, 0), around))
-    pad = skin.intersect(disc)
-    pad = pad if isinstance(pad, b.Solid) else max(pad.solids(), key=lambda s: s.volume)
-    flange = cut(cylinder(q + 45, 14, (0, 0, r + 122), around), cylinder(q, 30, (0, 0, r + 115), around))
-    flange = plate_holes(
-        flange, 7, *((math.cos(a) * (q + 28), math.sin(a) * (q + 28), r + 120) for a in np.radians([45, 135, 225, 315]))
-    )
-    is_padded = rng.random() < 0.7
-    return [
-        still("main", main),
-        still("branch", cut(branch, outer)),
-        *([up("pad", pad)] if is_padded else []),
-        still("flange", flange),
-    ]
-
-
-def angle_pallet(rng: Rng) -> list[Drawn]:
-    """A pallet of angles: long ones, cross ones that fit between them, feet of square tube, a sheet on top."""
-    w, t = pick(rng, 40, 50, 60), pick(rng, 4, 5, 6)
-    a, d, n = between(rng, 600, 1200, 50), between(rng, 400, 800, 50), int(rng.integers(2, 4))
-    outline = [(0, 0), (w, 0), (w, -t), (t, -t), (t, -w), (0, -w)]
-
-    def angle(length: float) -> Any:
-        return prism(outline, length, b.Plane(origin=(0, 0, 0), x_dir=(0, 1, 0), z_dir=(1, 0, 0)))
-
-    long = angle(a)
-    members = [still("long0", long), still("long1", long.rotate(b.Axis.Z, 180).translate((a, d, 0)))]
-    cross = prism(outline, d - 2 * t, b.Plane(origin=(0, d - t, -t), x_dir=(1, 0, 0), z_dir=(0, -1, 0)))
-    members += [still(f"cross{k}", cross.translate((80 + (a - 220) * k / (n - 1), 0, 0))) for k in range(n)]
-    for k, (x, y) in enumerate([(5, 0), (a - 65, 0), (5, d - 60), (a - 65, d - 60)]):
-        foot = cut(box(60, 60, 90, (x, y, -w - 90)), box(52, 52, 90, (x + 4, y + 4, -w - 90)))
-        members.append((f"foot{k}", foot, (0, 0, -1)))
-    return members
-
-
-FAMILIES: tuple[Callable[[Rng], list[Drawn]], ...] = (
-    hopper, tank_leg, box_beam, lattice, repad, angle_pallet,
-)  # fmt: skip
+FAMILIES: tuple[Callable[[Rng], list[Drawn]], ...] = (hopper, tank_leg, box_beam, grating)
 
 
 def is_free(triangles: FloatArray, p: FloatArray, way: FloatArray, out: FloatArray) -> bool:

@@ -61,10 +61,10 @@ def _meeting_edges(graph: BrepGraph, strip: Strip) -> Iterator[FreeEdge]:
         p = _meet(graph, strip.sides, p0, slope)
         if p is None:
             continue
-        kinds = {int(graph.face_kind[side]) for side in strip.sides}
+        kinds, axes = {int(graph.face_kind[side]) for side in strip.sides}, graph.face_frame[[*strip.sides], 3]
         if kinds == {SurfaceKind.PLANE}:
             yield line(p[0], p[-1])
-        elif kinds == {SurfaceKind.PLANE, SurfaceKind.CYLINDER} and _is_across(graph, strip.sides):
+        elif kinds == {SurfaceKind.PLANE, SurfaceKind.CYLINDER} and np.linalg.norm(np.cross(*axes)) <= ACROSS_SIN:
             yield _circle(graph, strip.sides, p)
         else:
             yield interpolated(p)
@@ -76,12 +76,6 @@ def _meet(graph: BrepGraph, sides: tuple[int, int], p0: FloatArray, slope: Float
     first, second = (np.full(len(p0), side) for side in sides)
     p = meet_surfaces(graph, np.stack([first, second]), p0, x, least_sin=LEAST_TURN_SIN)
     return p if np.linalg.norm(p - p0, axis=1).max() <= 2.0 * WIDEST_MM else None
-
-
-def _is_across(graph: BrepGraph, sides: tuple[int, int]) -> bool:
-    """Tell whether a plane is across a cylinder."""
-    z0, z1 = (graph.face_frame[side, 3] for side in sides)
-    return float(np.linalg.norm(np.cross(z0, z1))) <= ACROSS_SIN
 
 
 def _circle(graph: BrepGraph, sides: tuple[int, int], p: FloatArray) -> FreeEdge:

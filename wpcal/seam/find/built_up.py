@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.surfaces import off_axis, project_to_faces, square_to, unit
@@ -42,27 +43,55 @@ ON_SURFACE = 0.5  #: A normal has the length 1; at the tip of a cone it has none
 SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
 """Surfaces with an axis, about which a turned part may have them."""
+LEFT_ROUND = 0.7  #: Of the height of flats and keyways, so much is round yet.
 TURNED_SIN, TURNED_MM = 1e-6, 1e-3  #: Faces are round about one axis if their axes agree within this.
 
 
 @once_per_solid
-def is_turned(graph: BrepGraph, _: TrimmedFaces, solid: int) -> bool:
-    """Tell whether all faces of a solid are round about one axis: planes across it, cylinders, cones, tori about it."""
-    return bool(are_round(graph, np.flatnonzero(graph.face_solid == solid)).all())
+def is_turned(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
+    """Tell whether all faces of a solid are round about one axis: planes across it, cylinders, cones, tori about it.
+
+    Flats and keyways may be cut into it: other faces, some of them planes along the axis, that do not reach beyond it,
+    meet its cylinders at no inner corner, and leave most of it round.
+    """
+    faces = np.flatnonzero(graph.face_solid == solid)
+    is_round = np.isin(np.arange(graph.face_count), faces[are_round(graph, faces)])
+    rest, first, kind = faces[~is_round[faces]], _axis_of(graph, faces), graph.face_kind
+    if len(rest) == 0 or first < 0:
+        return len(rest) == 0
+    o, z = graph.face_frame[first, [0, 3]]
+    shaft = is_round & (kind == SurfaceKind.CYLINDER)
+    outer = shaft & (graph.face_outward > 0)
+    p = np.concatenate([trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] for face in rest.tolist()])
+    is_along = (kind[rest] == SurfaceKind.PLANE) & (np.abs(graph.face_frame[rest, 3] @ z) <= TURNED_SIN)
+    edges = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
+    sides = graph.edge_faces[edges[are_concave(graph, edges)]]
+    is_corner = shaft[sides].any(axis=1) & ~is_round[sides].all(axis=1)
+    most = graph.face_param[outer, 0].max(initial=0.0) + TURNED_MM
+    if not is_along.any() or (off_axis(p, o, z) > most).any() or is_corner.any():
+        return False
+    surface, low, high = sampled_surface(graph, trimmed, solid), (p @ z).min(), (p @ z).max()
+    own = outer[surface.face] & (surface.p @ z > low) & (surface.p @ z < high)
+    around_mm = 2.0 * np.pi * graph.face_param[surface.face[own], 0]
+    return bool(surface.mm2 * (1.0 / around_mm).sum() > LEFT_ROUND * (high - low))
 
 
 def are_round(graph: BrepGraph, faces: IntArray) -> BoolArray:
     """Tell which faces are round about the axis of the first round one that bulges, if one does, shape (n,)."""
-    kinds = graph.face_kind[faces]
-    about = faces[np.isin(kinds, ROUND_KINDS)]
-    if len(about) == 0:
+    kinds, first = graph.face_kind[faces], _axis_of(graph, faces)
+    if first < 0:
         return np.zeros(len(faces), dtype=bool)
-    first = about[np.argmax(graph.face_outward[about] > 0)]
     o, z = graph.face_frame[first, 0], graph.face_frame[first, 3]
     across = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1) <= TURNED_SIN
     off = off_axis(graph.face_frame[faces, 0], o, z) <= TURNED_MM
     fits = np.where(kinds == SurfaceKind.PLANE, across, np.where(kinds == SurfaceKind.SPHERE, off, across & off))
     return np.asarray(fits & np.isin(kinds, (*ROUND_KINDS, SurfaceKind.PLANE, SurfaceKind.SPHERE)), dtype=bool)
+
+
+def _axis_of(graph: BrepGraph, faces: IntArray) -> int:
+    """Return the first round face of many that bulges, else the first round one; -1 if there is none."""
+    about = faces[np.isin(graph.face_kind[faces], ROUND_KINDS)]
+    return int(about[np.argmax(graph.face_outward[about] > 0)]) if len(about) else -1
 
 
 def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: BoolArray | None = None) -> float:

@@ -26,9 +26,11 @@ BEND_STEP_MM = 0.5  #: Distance from an edge, and beyond an outer corner, at whi
 FULL = 0.35  #: A bend is full from so far inside its outer corner on, which may be round; a prepared groove is deeper.
 BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
 """Where the sides of a tube are felt: beyond the end of its inner corner, in thicknesses; the tube may have rounds."""
+ARC_RAD = 1e-3  #: Arcs are a quarter or a whole circle within this.
 BEND_KINDS = (CurveKind.LINE, CurveKind.CIRCLE)
 """Along such curves sheets are bent, and collars drawn. Where a tube opens into another one of the same thickness, its
-wall goes over into the other one as that of a bent sheet does, but along neither."""
+wall goes over into the other one as that of a bent sheet does, but along neither. An arc is a corner of a tray, up to a
+quarter, or a whole circle: along another one, a sheet meets the edge of a plate."""
 
 
 def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolArray:
@@ -55,7 +57,9 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
     ]
     thick = [np.where(np.isfinite(own), own, np.nan) for own in thick]  # open surfaces of damaged files have none
     most_mm = np.where(graph.edge_kind[edges] == CurveKind.LINE, THICKEST_BEND_MM, THICKEST_COLLAR_MM)
+    is_long_arc = (high - low > np.pi / 2 + ARC_RAD) & (high - low < 2.0 * np.pi - ARC_RAD)
     bent = np.isin(graph.edge_kind[edges], BEND_KINDS) & (thick[0] <= most_mm)
+    bent &= ~((graph.edge_kind[edges] == CurveKind.CIRCLE) & is_long_arc)
     bent &= np.abs(thick[1] - thick[0]) <= SAME_THICKNESS * thick[0]
     rows = np.flatnonzero(bent)
     t, half = thick[0][rows, None], edge_lengths(graph)[edges[rows], None] / 2

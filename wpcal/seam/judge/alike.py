@@ -125,7 +125,9 @@ class _Places:
 
     def surroundings(self) -> list[tuple[bytes, list[int]]]:
         """Return what is around each seam, as bytes that are equal for equal rooms, and the solids there in order."""
-        parts = [self._copies(), self._faces()]
+        near, copy = self._near(*self.trimmed.solid_boxes, ~self.is_lone)
+        copies = near, self.shape[copy], self.trimmed.solid_boxes[0][copy] - self.p[near], copy
+        parts = [copies, self._faces()]
         row, code, place, solid = (np.concatenate(column) for column in zip(*parts, strict=True))
         place = np.round(place / SAME_PLACE_MM).astype(np.int64)
         order = np.lexsort((solid, *place.T, code, row))
@@ -133,11 +135,6 @@ class _Places:
         ends = np.searchsorted(row, np.arange(len(self.p) + 1)).tolist()
         solids = solid[order].tolist()
         return [(what[a:b].tobytes(), solids[a:b]) for a, b in pairwise(ends)]
-
-    def _copies(self) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
-        low, high = self.trimmed.solid_boxes
-        row, solid = self._near(low, high, ~self.is_lone)
-        return row, self.shape[solid], low[solid] - self.p[row], solid
 
     def _faces(self) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
         """Return the faces of solids that the part holds once, and the pieces of the boundaries of planes."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.seam.judge.leans import Felt, feel_seams
+from wpcal.seam.judge.leans import feel_seams
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import Hiding, Seam
 
@@ -39,7 +39,8 @@ def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], 
         without = trimmed.without(solid)
         loose = is_loose(graph, trimmed, solid)
         for row, felt in zip(own, feel_seams(graph, without, [seams[row] for row in own], reach), strict=True):
-            freed = _free_length_mm(seams[row], felt)
+            is_free = (felt.solid[:-1] < 0) & (felt.solid[1:] < 0) & (felt.solid_after < 0)  # between two free stations
+            freed = float(np.diff(seams[row].frames.s_mm)[is_free].sum())
             if freed >= LEAST_FREED_MM:
                 one = Hiding(graph.solid_names[solid], freed, loose)
                 found[row] = replace(found[row], hiding=(*found[row].hiding, one))
@@ -49,12 +50,6 @@ def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], 
 def _others(seam: Seam) -> list[str]:
     """Return the solids in the way of the torch or of the wire that the seam does not join."""
     return [name for name in dict.fromkeys((*seam.inside, *seam.blocked_by)) if name not in seam.solids]
-
-
-def _free_length_mm(seam: Seam, felt: Felt) -> float:
-    """Return how much of a seam is between stations that are free."""
-    is_free = (felt.solid[:-1] < 0) & (felt.solid[1:] < 0) & (felt.solid_after < 0)
-    return float(np.diff(seam.frames.s_mm)[is_free].sum())
 
 
 def is_loose(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:

@@ -98,19 +98,11 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
             chosen[pin] = (pin, "a bolt or screw" if headed else "a rod with nuts", solids)
             chosen |= {ring: (pin, "a nut or washer", (solids | {pin}) - {ring}) for ring in solids & rings}
     lies_on = _lies_on(graph, trimmed, {solid: turned[solid] for solid in chosen})
-    return {
-        solid: Fastener(
-            what,
-            through,
-            lies_on[solid] - chosen.keys(),
-            pin,
-            turned[pin].o,
-            turned[pin].z,
-            turned[pin].low,
-            turned[pin].high,
-        )
-        for solid, (pin, what, through) in chosen.items()
-    }
+    found = {}
+    for solid, (pin, what, solids) in chosen.items():
+        shape, on = turned[pin], lies_on[solid] - chosen.keys()
+        found[solid] = Fastener(what, solids, on, pin, shape.o, shape.z, shape.low, shape.high)
+    return found
 
 
 @once_per_solid
@@ -137,9 +129,11 @@ def _hexagons(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray, prisms: 
         u = square_to(one.way)
         on = round_[_share_axis(graph, round_, q.mean(axis=0) @ np.stack([u, np.cross(one.way, u)]), one.way)]
         share = graph.face_param[on, 0] / flats_mm
-        if not ((graph.face_outward[on] < 0) & (share < 0.5)).any():  # a bore inside its flats
+        is_shank, is_bore = (share >= SHANK_SHARE[0]) & (share <= SHANK_SHARE[1]), graph.face_outward[on] < 0
+        pin = share[is_shank & ~is_bore].max(initial=0.0)
+        if not (is_bore & (share < (0.5 if pin == 0.0 else pin))).any():  # a bore inside its flats, or inside its shank
             yield from (face for face in one.faces if np.ptp(trimmed.heights(face, one.way)) <= flats_mm)
-            yield from on[(share >= SHANK_SHARE[0]) & (share <= SHANK_SHARE[1])].tolist()
+            yield from on[is_shank].tolist()
 
 
 def _headed_pins(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> Iterator[int]:

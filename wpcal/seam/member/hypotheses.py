@@ -6,7 +6,7 @@ import numpy as np
 
 from wpcal.brep.concavity import are_concave, corner_turns, inner_edges
 from wpcal.brep.curves import edge_lengths
-from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import off_axis, square_to
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -25,7 +25,7 @@ from wpcal.seam.member.member import (
     MemberKind,
 )
 from wpcal.seam.member.prisms import FEWEST_EDGES, Prism, find_prisms
-from wpcal.seam.member.sections import THIN_SECTION, roots_of, stock_of
+from wpcal.seam.member.sections import NARROWEST, THIN_SECTION, roots_of, stock_of
 
 ON_RIM_MM = 0.5  #: The outline of a plate goes from side to side, but for broken edges.
 SOLID_SHARE = 0.5  #: At least this share of the two faces of a plate has its thickness behind it.
@@ -33,6 +33,7 @@ MOST_COVERED = 1  #: Sides of a tube of which nothing shows how thick its wall i
 SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
 BEVEL_COS, BEVELLED = -0.985, 0.25
 """The sides of a bevelled plate are within 10 degrees of opposite, and its thickness changes by so much."""
+OVERHANGS = 0.8  #: Sides of a tube do not go on beyond each other for so much of its length.
 LUG = 0.5  #: A lug is thinner than this share of its width.
 LEAST_OF_SIDE = 0.05  #: Behind so much of the side of a lug there is its thickness.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
@@ -59,7 +60,7 @@ def find_hypotheses(
                 if not (is_stub or member.is_stout) or cover.mean() >= WHOLE:
                     yield member, cover
         else:
-            yield from _tube_of_bore(surface, stretch)
+            yield from _tube_of_bore(graph, surface, stretch)
     yield from _rounds(graph, trimmed, solid, surface)
     yield from _sheets(graph, _smooth_edges(graph, solid), surface)
 
@@ -102,7 +103,7 @@ def _plates(
     keys = np.round(np.column_stack([n * 1e3, low / 0.05, high / 0.05]))
     _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     planes = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.PLANE))
-    hollow = _hollow_edges(graph, solid)
+    hollow, narrow = _hollow_edges(graph, solid), _widths_mm(graph, surface)
     for number, row in enumerate(first.tolist()):
         own = rows[of.ravel() == number]
         faces = set(surface.face[own].tolist())
@@ -115,7 +116,8 @@ def _plates(
         flat = np.isin(surface.face, list(both)) & (np.abs(surface.thick - t) <= SAME_THICKNESS * t + ON_MM)
         wide = float(np.sqrt(flat.sum() * surface.mm2 / 2.0))
         is_box, has_sides = t > flattest * wide, below.any() & above.any()
-        if is_box and not (DRAWN_SOLID_MM <= t <= wide and has_sides):
+        are_bars = flattest < LUG and (NARROWEST * narrow[surface.face[flat]] < t).mean() > SOLID_SHARE  # on edge
+        if not (DRAWN_SOLID_MM <= t <= wide and has_sides) if is_box else are_bars:
             continue
         beside = np.array(sorted(_beside(graph, both)), dtype=np.int64)
         rim = np.isin(surface.face, beside)
@@ -144,8 +146,11 @@ def _share_of_faces(surface: Surface, own: BoolArray) -> FloatArray:
     return np.asarray(hit / np.maximum(count, 1))
 
 
-def _tube_of_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolArray]]:
-    """Yield the tube round a long bore with one wall, whatever covers its outside: nobody drills corners."""
+def _tube_of_bore(graph: BrepGraph, surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolArray]]:
+    """Yield the tube round a long bore with one wall, whatever covers its outside: nobody drills corners.
+
+    Its corners are welded where two of its sides go on beyond the others for `OVERHANGS` of its length.
+    """
     inside = np.isin(surface.face, list(bore.faces))  # past a mitre, too
     thin = inside & surface.flat
     walls = _commonest(surface.thick[thin], SAME_THICKNESS)
@@ -168,11 +173,16 @@ def _tube_of_bore(surface: Surface, bore: Prism) -> Iterator[tuple[Member, BoolA
     off = surface.p @ plane  # a plate that is flush with a side goes on beyond the section
     within = ((off > low - wall) & (off < high + wall)).all(axis=1) & np.isin(surface.face, surface.face[outside])
     outer = _mostly(surface, within)
+    edges = np.flatnonzero((graph.edge_kind == CurveKind.LINE) & np.isin(graph.edge_faces, outer).any(axis=1))
+    start, way = graph.edge_frame[edges, 0] @ plane, graph.edge_frame[edges, 1]
+    is_beyond = ((start < low - wall) | (start > high + wall)).any(axis=1) & (np.abs(way @ bore.way) > ON_COS)
+    is_girder = (is_beyond & (edge_lengths(graph)[edges] > OVERHANGS * bore.length_mm)).sum() > 1
     on_outer = np.isin(surface.face, outer)
     cover = inside & (surface.thick > wall * (1.0 - SAME_THICKNESS))
     cover |= on_outer & (outside | (surface.thick > wall))
     faces = bore.faces.union(outer.tolist())
-    yield Member(MemberKind.TUBE, faces, bore.way, sides, wall, bore.length_mm, bore.roots), cover
+    roots: frozenset[tuple[int, int]] = frozenset() if is_girder else bore.roots
+    yield Member(MemberKind.TUBE, faces, bore.way, sides, wall, bore.length_mm, roots), cover
 
 
 def _on_stretch(
@@ -302,7 +312,7 @@ def _sheets(graph: BrepGraph, smooth: IntArray, surface: Surface) -> Iterator[tu
 
     And of bevelled ones, whose thickness changes by up to `BEVELLED`.
     """
-    curved = graph.face_kind[surface.face] != SurfaceKind.PLANE
+    curved, wide_mm = graph.face_kind[surface.face] != SurfaceKind.PLANE, _widths_mm(graph, surface)
     for opposite, change, flattest in ((OPPOSITE_COS, SAME_THICKNESS, FLATTEST), (BEVEL_COS, BEVELLED, SLENDER_PLATE)):
         facing, bevelled = surface.facing < opposite, change == BEVELLED
         own = facing & np.where(bevelled, surface.thick > MOULDED_MM, curved)
@@ -314,17 +324,17 @@ def _sheets(graph: BrepGraph, smooth: IntArray, surface: Surface) -> Iterator[tu
                 changes = ruled and np.ptp(thick) > SAME_THICKNESS * t
                 if (on & own).any() and (changes or not bevelled) and t <= flattest * wide:
                     rims = np.isin(surface.face, list(_beside(graph, faces)))
-                    rims &= ~surface.flat | (curved & _are_narrow(graph, surface, WIDEST_RIM * t))
+                    rims &= ~surface.flat | (curved & (wide_mm <= WIDEST_RIM * t)[surface.face])
                     section = np.array([t, wide])
                     yield Member(MemberKind.SHEET, faces, np.zeros(3), section, t, wide * ruled), on | rims
 
 
-def _are_narrow(graph: BrepGraph, surface: Surface, most_mm: float) -> BoolArray:
-    """Tell which points are on faces narrower than this, shape (n,): their area over half of their outline."""
+def _widths_mm(graph: BrepGraph, surface: Surface) -> FloatArray:
+    """Return how wide each face is on average, shape (F,): its area over half of its outline."""
     mm = np.where(graph.edge_faces < 0, 0.0, edge_lengths(graph)[:, None])
     around = np.bincount(np.maximum(graph.edge_faces, 0).ravel(), mm.ravel(), graph.face_count)
     area = np.bincount(surface.face, minlength=graph.face_count) * surface.mm2
-    return np.asarray((2.0 * area <= most_mm * around)[surface.face], dtype=bool)
+    return np.asarray(2.0 * area / np.maximum(around, ON_MM))
 
 
 def _is_ruled(graph: BrepGraph, faces: frozenset[int]) -> bool:

@@ -29,12 +29,13 @@ from wpcal.seam.find.built_up import (
 )
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.covered import count_solids
+from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.find.strips import drawn_beads, find_strips
 from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.hypotheses import lugs_of
-from wpcal.seam.member.member import FLAT, ON_COS, MemberKind
+from wpcal.seam.member.member import FLAT, ON_COS, ON_MM, Decomposition, MemberKind
 from wpcal.seam.member.members import members_of
 
 LEAST_EXPLAINED = 0.94
@@ -49,17 +50,21 @@ SMALL_MM, SMALL_THICK_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3.5, 3, 0.2
 """A solid is one piece if so many plates, bars and sheets, and more than this share of its members, are smaller (root
 of the area; of a bar, its length) and thinner than this: 20 weldments have one each at most, in printed boxes a quarter
 of the members are such. Tabs of plate may be as small, but are thicker."""
-TINY_MM, TINY_WALL_MM = 200.0, 2.6
+TINY_MM, TINY_WALL_MM, TINY_WALL = 200.0, 2.6, 0.009
 """A solid of a shorter diagonal with a member thinner than this is one piece: of ten such nine were printed or milled.
-The tenth was a tab: two plates of two thicknesses and no more; walls of prints are of one."""
+The tenth was a tab: two plates of two thicknesses and no more; walls of prints are of one. Of several thicknesses, one
+may be less than the last share of the diagonal: a print would break. Of 14 prints the thinnest has 0.0115."""
+MANY_WALLS = 8  #: So many thin walls of one thickness, round corners among them, were moulded.
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
 """So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
 MOST_TOLD = 3  #: Most solids that are told of.
 LEAST_FLOOR = 0.05  #: The floor of a pocket is at least this share of the surface of a solid: others are seats.
+OFF_BEND = 0.6  #: The two rounds of a bend have one axis, within this share of the inner radius.
 LEAST_WALLS = 3  #: Of a pocket in a plate: what has fewer is the seat of a screw.
 VESSEL_WALL = 0.03  #: A vessel that was drawn or blown has a wall thinner than this share of its width.
+MOST_ROOTS, SQUARE_COS = 8, 0.5  #: Sections with more square inner corners are extruded, with slots for clamps.
 SAME_LENGTH_MM = 0.01
 """Edges whose lengths agree within this are equal. Solids with equal edges and faces are one body."""
 
@@ -89,8 +94,9 @@ class OnePieces:
     def _look(self, solid: int) -> str | None:
         if _is_vessel(self.graph, self.trimmed, solid):
             return "it is a thin cup, deeper than wide: it looks drawn, blown or moulded"
-        if members_of(self.graph, self.trimmed, solid).is_one or self._is_turned(solid):
-            return None
+        found = members_of(self.graph, self.trimmed, solid)
+        if found.is_one or self._is_turned(solid):
+            return _why_extruded(self.graph, found)
         why = why_one_piece(self.graph, self.trimmed, solid)
         if why is None and (share := built_up_share(self.graph, self.trimmed, solid)) < LEAST_TOUCHED:
             words = "of its surface is on plates, bars or tubes: it looks cast, moulded or milled"
@@ -145,6 +151,12 @@ def _why_turned(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     return "all its faces are round about one axis: it looks turned" if is_turned(graph, trimmed, solid) else None
 
 
+def _why_extruded(graph: BrepGraph, found: Decomposition) -> str | None:
+    n, profiles = graph.face_frame[:, 3], (one for one in found.members if one.kind is MemberKind.PROFILE)
+    roots = sum(abs(float(n[a] @ n[b])) < SQUARE_COS for one in profiles for a, b in one.roots)
+    return f"its section has {roots} inner corners: it is an extrusion" if roots > MOST_ROOTS else None
+
+
 def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     """Tell which share of a solid is on plates, bars and tubes, if that is too little; strips may be beads."""
     members = members_of(graph, trimmed, solid)
@@ -176,6 +188,9 @@ def _why_pressed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | N
     """Tell whether a formed sheet has a free-form face that does not close on itself, as those of bent tubes do."""
     found = members_of(graph, trimmed, solid)
     sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
+    wall_mm, count = min(found.thick_mm, default=0.0), len(found.members)
+    if sheets and found.is_of_one_wall and count >= MANY_WALLS and wall_mm <= MOULDED_MM + ON_MM:
+        return f"its {count} walls are {wall_mm:.2g} mm thick, with round corners: it looks moulded"
     closed = graph.edge_faces[graph.is_seam_edge]
     if not ((graph.face_kind[sheets] == SurfaceKind.NURBS) & ~np.isin(sheets, closed)).any():
         return None
@@ -212,7 +227,7 @@ def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
 
 
 def _milled_floors(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
-    """Return large planes beside hollow rounds across them behind which nothing bulges: an end mill left them."""
+    """Return large planes beside hollow rounds across them behind which nothing bulges as bends do: milled ones."""
     kinds, outward, axes = graph.face_kind, graph.face_outward, graph.face_frame[:, 3]
     own = (graph.face_solid == solid) & (kinds == SurfaceKind.CYLINDER)
     bulging = np.flatnonzero(own & (outward > 0))
@@ -227,7 +242,8 @@ def _milled_floors(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> froze
         plane
         for face, plane in zip(wall[meets].tolist(), floor[meets].tolist(), strict=True)
         if (
-            off_axis(graph.face_frame[bulging, 0], graph.face_frame[face, 0], axes[face]) > graph.face_param[face, 0]
+            off_axis(graph.face_frame[bulging, 0], graph.face_frame[face, 0], axes[face])
+            > OFF_BEND * graph.face_param[face, 0]
         ).all()
     )
 
@@ -243,8 +259,9 @@ def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
 def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     size, found = float(np.linalg.norm(trimmed.solid_sides_mm[solid])), members_of(graph, trimmed, solid)
     thin = TINY_WALL_MM if found.are_plates else min(found.thick_mm, default=TINY_WALL_MM)
+    is_sheet = thin < TINY_WALL * size and not found.is_of_one_wall
     words = f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed"
-    return words if size < TINY_MM and thin < TINY_WALL_MM else None
+    return words if size < TINY_MM and thin < TINY_WALL_MM and not is_sheet else None
 
 
 CAST = (_why_turned, _why_unexplained, _why_timber)

@@ -10,6 +10,7 @@ from wpcal.seam.member.member import ENDS_TOGETHER, ON_COS, ON_MM, Member, Membe
 from wpcal.seam.member.prisms import Contour, Prism
 
 THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height.
+NARROWEST = 2.0  #: What is on average thicker than this, in its widths, was not cut from plate: bars on edge.
 COPED = 0.6  #: The web alone goes on by less than this share of the length: the flanges are coped.
 MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds so many seams along one member.
 FOUR_WAYS, FOUR_WAYS_COS = (-1.0, 0.0, 0.0, 1.0), 0.2
@@ -33,7 +34,8 @@ def stock_of(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Mem
     area -= sum(bore.contour.area_mm2 for bore in bores)
     kind: MemberKind | None
     rims: frozenset[int] = frozenset()
-    if stretch.length_mm <= FLATTEST * np.sqrt(max(area, 0.0)):  # flame-cut, with whatever outline
+    around = _around_mm(contour) + sum(_around_mm(bore.contour) for bore in bores)
+    if stretch.length_mm <= min(FLATTEST * np.sqrt(max(area, 0.0)), NARROWEST * 2.0 * area / around):  # flame-cut
         kind, thick, rims = MemberKind.PLATE, stretch.length_mm, stretch.faces
     elif radius_mm is not None:
         sides, thick = np.array([2.0 * radius_mm, 2.0 * radius_mm]), 2.0 * radius_mm

@@ -108,7 +108,9 @@ class StillSeams:
         moved = met + np.einsum("nij,nj->ni", turn, p - met_still)
         angle = np.arccos(np.clip(np.einsum("ni,ni->n", *n_now), -1.0, 1.0))
         frames = SeamFrames(self.frames.s_mm, moved, turn @ self.frames.R, angle, self.frames.frame)
-        gap = _gaps(graph, self.edge_mm, now)
+        edge = np.einsum("nij,nj->ni", now[0].R, self.edge_mm) + now[0].t
+        foot, normal = now[1].feet(graph, edge)
+        gap = np.einsum("ni,ni->n", edge - foot, normal)
         columns = (*self.bodies, *n_now, x_each[0], is_met, gap)
         found = []
         ends = zip(self.start[:-1].tolist(), self.start[1:].tolist(), strict=True)
@@ -145,13 +147,6 @@ def _lengths(frames: SeamFrames, moved: FloatArray) -> FloatArray:
     before, after = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (frames.p, moved))
     steps = np.where(before > 0.0, np.diff(frames.s_mm) * after / np.where(before > 0.0, before, 1.0), after)
     return np.concatenate([frames.s_mm[:1], frames.s_mm[0] + np.cumsum(steps)])
-
-
-def _gaps(graph: BrepGraph, edge_mm: FloatArray, now: Sequence[MovedFaces]) -> FloatArray:
-    """Return how far the moved edge of the wall is from the moved base at every frame, shape (n,)."""
-    p = np.einsum("nij,nj->ni", now[0].R, edge_mm) + now[0].t
-    foot, normal = now[1].feet(graph, p)
-    return np.asarray(np.einsum("ni,ni->n", p - foot, normal))
 
 
 def _gaps_of_pieces(piece: IntArray, gap: FloatArray, count: int) -> FloatArray:
