@@ -195,7 +195,7 @@ def test_the_slope_of_the_sum_of_squares_is_its_gradient() -> None:
         np.testing.assert_allclose(slopes, gradient, rtol=SMALL_SLOPE, atol=1e-6 * np.abs(gradient).max())
 
 
-def test_a_stiff_plate_gives_the_fit_without_bending() -> None:
+def test_a_stiff_plate_gives_the_fit_without_bending(golden: Callable[[object], None]) -> None:
     part, rng = plate(), np.random.default_rng(4)
     true = part.drawn(rng)
     touches = part.touched(true, SIGMA_MM, rng)
@@ -204,6 +204,7 @@ def test_a_stiff_plate_gives_the_fit_without_bending() -> None:
     a, b = (own.fitted(touches, true.T_base_part, SIGMA_MM).motions for own in (stiff, rigid))
     assert np.abs(a.v_mm - b.v_mm).max() < 1e-6
     assert np.abs(a.omega - b.omega).max() < 1e-9
+    golden(part.moved(touches, true.T_base_part, SIGMA_MM).to_record())
 
 
 @pytest.mark.parametrize(("sigma_mm", "word"), [(0.0, "positive"), (np.nan, "positive")])

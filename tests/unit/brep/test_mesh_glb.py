@@ -127,15 +127,9 @@ def test_every_solid_is_where_its_body_is(golden: Any) -> None:
         assert new.color_rgb == old.color_rgb
         assert len(new.triangles) == len(old.triangles)
     assert max(np.abs(new.points - old.points).max() for old, new in zip(model.solids, moved.solids, strict=True)) > 0.2
+    place = RigidTransform(np.eye(3)[[1, 2, 0]], [7.0, -9, 5], "base", "part")
     normals = [vertex_normals(each.points, each.triangles) for each in moved.solids]
-    golden(
-        [
-            model,
-            moved,
-            normals,
-            TriangleMaterial.of(moved, RigidTransform(np.eye(3)[[1, 2, 0]], [7.0, -9, 5], "a", "b")),
-        ]
-    )
+    golden([model, moved, normals, TriangleMaterial.of(moved, place)])
 
 
 def test_a_rigid_part_stays_as_it_is() -> None:

@@ -156,7 +156,7 @@ def test_the_part_is_swept_where_the_corrections_have_it(golden: Any) -> None:
         for row, solid in enumerate(mesh.solids)
     }
     assert by.pop(name) > 1.0 > max(by.values())
-    golden([found, sentences(found)])
+    golden([found, sentences(found), found.seams, found.offsets, found.explanation.node])
 
 
 def test_an_arc_instruction_leads_to_the_start_and_an_output_burns_from_the_pose_before() -> None:
@@ -259,7 +259,7 @@ def test_a_clamp_is_named_and_an_offset_is_a_preference(golden: Any) -> None:
     np.testing.assert_allclose(mean, means[0] - off[0], rtol=0, atol=1e-9)
     spread = covariances + np.einsum("mki,mkj->mkij", off, off)  # of a mixture, with the distance of its means
     np.testing.assert_allclose(C, np.einsum("m,mkij->kij", weights, spread), rtol=0, atol=1e-9)
-    golden([found, sentences(found)])
+    golden([found, sentences(found), found.seams, found.offsets, found.explanation.node])
 
 
 def test_corrections_within_a_frame_that_was_taught_again_move_its_seams_alike() -> None:
