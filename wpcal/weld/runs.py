@@ -68,13 +68,17 @@ class WeldRun:
     bead: Bead | None  #: None for the only bead.
     u95_mm: FloatArray | None  #: shape (n,). The 95 % error at the frames, mm.
     is_tack: bool = False
-    #: Of the wire to the travel: more than 1 for a weave that is made of points; 1 for all others.
-    speed_ratio: float = 1.0
+    middle: SeamFrames | None = None  #: What the points of a weave swing about; None for all other runs.
 
     @property
     def is_woven(self) -> bool:
         """Whether the frames of the seam are those of a weave."""
-        return self.speed_ratio > 1.0
+        return self.middle is not None
+
+    @property
+    def speed_ratio(self) -> float:
+        """Of the wire to the travel: more than 1 for a weave that is made of points; 1 for all others."""
+        return 1.0 if self.middle is None else float(self.seam.frames.s_mm[-1] / self.middle.s_mm[-1])
 
 
 def chosen_runs(
@@ -179,7 +183,7 @@ def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
         seam=replace(seam, frames=frames, lean_rad=lean),
         weld=plain,
         u95_mm=None if run.u95_mm is None else np.interp(s, own, run.u95_mm),
-        speed_ratio=float(frames.s_mm[-1] / own[-1]),
+        middle=seam.frames,
     )
 
 

@@ -292,6 +292,7 @@ def test_tacks_come_first_then_every_bead_and_a_weave_is_made_of_points(exported
     assert "Weave" not in re.sub(r"(?m)^.*[!;#'].*$", "", text)  # an instruction of the controller
     starts = sum(len(re.findall(r"SEAM START[ ;]*\r?$", raw.decode(), re.MULTILINE)) for raw in files.values())
     assert starts == 5  # three tacks, two beads
+    assert "corner of" not in text  # a weave has corners, its seam has none
     main = "".join(raw.decode() for path, raw in files.items() if path.stem in ("WPCAL", "start"))
     tack, bead = (re.search(rf"W1[._]{run}", main, re.IGNORECASE).start() for run in ("t1", "p1"))
     assert tack < bead

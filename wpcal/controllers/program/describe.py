@@ -198,7 +198,8 @@ def describe_path(path: WeldPath) -> str:
         text += f", wire {seam.more_wire_mm:g} mm longer than usual: the tool stays back by it"
     if path.u95_mm is not None:
         text += f", 95 % error up to {path.u95_mm.max():.3f} mm"
-    return "; ".join([text, *map(str, find_turned_corners(seam.frames))])
+    frames = seam.frames if path.run is None or path.run.middle is None else path.run.middle
+    return "; ".join([text, *map(str, find_turned_corners(frames))])
 
 
 def _settings(values: WeldValues) -> list[str]:
