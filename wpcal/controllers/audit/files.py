@@ -19,6 +19,7 @@ from wpcal.controllers.audit.programs import (
     executed,
     executed_faults,
     require_grammar,
+    speed_faults,
 )
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
@@ -180,6 +181,7 @@ class _Audit:
                 idle = that_move(trace.idle, files)
                 _add(found, ((place.file, Fault("NOT CHECKED: the line never runs", place.line)) for place in idle))
             _add(found, arc_faults_of(trace))
+            _add(found, speed_faults(trace, files))
             self.of_programs[key] = found
         return self.of_programs[key]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +15,12 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.off_line import OFF_MM, Placed, Track, off_line_faults, tools_in_part
 from wpcal.controllers.judge.arc import arc_faults
-from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
+from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of, texts_of
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import Meeting, meetings
 from wpcal.controllers.language.grammar import ENCODING, Grammar
 from wpcal.controllers.program.air_moves import TorchAtTool
+from wpcal.controllers.program.describe import SPEEDS, stated_speeds
 from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.controllers.registry import grammar_of_file
 from wpcal.controllers.run.recorder import Motion, Recorder, Trace, pulses_of
@@ -32,6 +34,9 @@ from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
 from wpcal.taught.programs import BASE, ProgramPoint
+
+ON_LINE = f"within {OFF_MM:g} mm of their seams, lines no faster than their headers say"
+ROUNDED = 1.01  #: A language writes a speed with few digits.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +59,7 @@ class Surroundings:
 
     def __str__(self) -> str:
         """Say what is compared."""
-        done = ["finite", "rotations", "user frames", *([f"within {OFF_MM:g} mm of their seams"] if self.lines else [])]
+        done = ["finite", "rotations", "user frames", *([ON_LINE] if self.lines else [])]
         if self.arm is not None:
             done.append(f"inside the reach of {self.arm.name}")
         if self.part is not None:
@@ -111,6 +116,24 @@ def executed_faults(trace: Trace, around: Surroundings) -> Iterator[tuple[str, F
 def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
     """Yield the names of files, and where the arc is on or off in the wrong place."""
     yield from ((place.file, Fault(what, place.line)) for place, what in arc_faults(trace))
+
+
+def speed_faults(trace: Trace, files: Files) -> Iterator[tuple[str, Fault]]:
+    """Yield the names of files, and lines and arcs that are faster than their header says, of each speed the first.
+
+    Files without such a header are called by one that has it: the largest speeds of all hold. Not moves by the joints,
+    whose speed is a share of that of each axis.
+    """
+    stated = {name: found for name, text in texts_of(files).items() if len(found := stated_speeds(text)) == len(SPEEDS)}
+    largest = [max(each) for each in zip(*stated.values(), strict=True)] or [math.inf, math.inf]
+    lines = [(each.place, each.seam > 0) for each in reversed(trace.motions) if each.kind != "J"]
+    first = {(at.file, at.speed_mm_s or 0.0, is_weld): at.line for at, is_weld in lines}
+    for (file, mm_s, is_weld), line in first.items():
+        of_welds, in_air = stated.get(file, largest)
+        most, where = (of_welds, "along a seam") if is_weld else (max(of_welds, in_air), "in the air")
+        if mm_s > most * ROUNDED:
+            what = f"{mm_s:g} mm/s {where}: its header says {most:g} at most; if it is meant, change the header"
+            yield file, Fault(what, line)
 
 
 def _motion_faults(motions: Sequence[Motion], around: Surroundings) -> Iterator[tuple[Motion, str, str]]:

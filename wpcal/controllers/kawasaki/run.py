@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.controllers.kawasaki.arc import CM_PER_MIN
 from wpcal.controllers.kawasaki.read import GRAMMAR
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, Node, Steps, rows_of, tree
@@ -114,6 +115,7 @@ class Interpreter(BlockInterpreter):
         self.via: Transformation | None = None
         self.mark: Does | None = None
         self.speed: float | None = None
+        self.weld_speeds: dict[str, float] = {}  #: By the number of a weld condition.
         self.is_cp = True  #: Unless the program says otherwise, the tool does not stop at the end of a motion.
         self.accuracy = (math.inf, math.inf)  #: How far from there it may begin the next, mm: this one, and all after.
         self.latched: list[Transformation] = []
@@ -281,7 +283,7 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"{' '.join(tokens)} is no pose")
         return value
 
-    def _travel(self, kind: str, goal: Any) -> None:
+    def _travel(self, kind: str, goal: Any, condition: str | None = None) -> None:
         self._passed()
         self.bring(goal[6:] if isinstance(goal, tuple) else goal.external)
         zone_mm, self.accuracy = self.accuracy[0] if self.is_cp else None, (self.accuracy[1],) * 2
@@ -295,14 +297,23 @@ class Interpreter(BlockInterpreter):
         if (via is None) != (kind != "C"):
             raise ProgramError("C1 without C2 of an arc, or C2 without C1")
         T_via = None if via is None else self.T_base @ via.T
-        self.go(kind, self.T_base @ goal.T, via=T_via, speed_mm_s=self.speed, zone_mm=zone_mm)
+        speed_mm_s = self.speed if condition is None else self.weld_speeds.get(condition)
+        self.go(kind, self.T_base @ goal.T, via=T_via, speed_mm_s=speed_mm_s, zone_mm=zone_mm)
 
     def _move(self, kind: str, tokens: list[str]) -> None:
         self._travel(kind, self._goal(tokens))
 
-    _do_lmove = _do_lwc = partialmethod(_move, "L")
-    _do_jmove = partialmethod(_move, "J")
-    _do_c2move = _do_c2wc = partialmethod(_move, "C")
+    _do_lmove, _do_jmove, _do_c2move = partialmethod(_move, "L"), partialmethod(_move, "J"), partialmethod(_move, "C")
+
+    def _weld(self, kind: str, tokens: list[str]) -> None:
+        condition = "".join(tokens[outside(tokens, {","}) + 1 :][:1])
+        self._travel(kind, self._goal(tokens), condition)
+
+    _do_lwc, _do_c2wc = partialmethod(_weld, "L"), partialmethod(_weld, "C")
+
+    def _do_w1set(self, tokens: list[str]) -> None:
+        if (found := re.match(r"(\d+) = (\d+\.?\d*)", " ".join(tokens))) is not None:
+            self.weld_speeds[found[1]] = float(found[2]) / CM_PER_MIN
 
     def _do_c1move(self, tokens: list[str]) -> None:
         self.via = self._goal(tokens)
@@ -318,7 +329,7 @@ class Interpreter(BlockInterpreter):
         self.machine.switch(Does.ON)
 
     def _do_lwe(self, tokens: list[str]) -> None:
-        self._travel("L", self._goal(tokens))
+        self._weld("L", tokens)
         self.machine.stand()
         self.machine.switch(Does.OFF)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -91,6 +92,7 @@ PLAN_NOT_CHECKED = (
     "NOT CHECKED: the way from where the arm is to home, the first target. RUN IT DRY FIRST",
 )
 """The same for a plan."""
+SPEEDS = ("weld", "air")  #: Along a seam, and on all other lines and arcs.
 SIDES = ("in front of", "behind")
 USUAL_ZONE_MM = 1.0  #: Distance from a corner at which most of the languages let the tool leave the path.
 
@@ -107,7 +109,15 @@ def describe(program: WeldProgram) -> list[str]:
     lines += _of_plan(program, program.planned) if program.planned is not None else _of_seams(program)
     woven = describe_woven_data(path.run for path in program.paths)
     unchecked = PLAN_NOT_CHECKED if program.planned is not None else (NOT_CHECKED,)
-    return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *unchecked]
+    speeds = max(map(program.weld_speed_mm_s, program.paths)), program.motion.air_speed_mm_s
+    told = [f"{what} speed <= {mm_s:g} mm/s" for what, mm_s in zip(SPEEDS, speeds, strict=True)]
+    return [*lines, *told, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *unchecked]
+
+
+def stated_speeds(text: str) -> list[float]:
+    """Return the largest speeds along a seam and in the air that the header of a program states, mm/s; none: empty."""
+    found = [re.search(rf"{what} speed <= (\d+\.?\d*) mm/s", text, re.IGNORECASE) for what in SPEEDS]
+    return [float(each[1]) for each in found if each is not None]
 
 
 def _of_plan(program: WeldProgram, planned: PlannedMoves) -> list[str]:

@@ -12,6 +12,8 @@ MODULE WPCAL
   ! tool centre point 0 mm back from the tip, approach 50 mm, retract 50 mm
   ! lines and arcs: the wire is at most 0.000 mm and 0.00 deg off (allowed:
   !   0.05 mm, 0.5 deg)
+  ! weld speed <= 8 mm/s
+  ! air speed <= 100 mm/s
   ! DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on
   !   makes them instructions)
   ! checked against the part, to 0.05 mm: a straight torch of 300 mm, nozzle
