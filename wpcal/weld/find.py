@@ -74,8 +74,10 @@ def find_welds(
     welds = []
     for seam in chosen:
         try:
-            groove = None if mesh is None else measure_groove(seam, mesh, T_base_part)
-            laid = seam if groove is None else _in_groove(seam, groove)
+            groove, laid = None, seam
+            if mesh is not None and seam.joint is JointType.BUTT:
+                groove = measure_groove(seam, mesh, T_base_part)
+                laid = seam if groove is None else _in_groove(seam, groove)
             measured = _measured(laid, material)
             if positions and seam.name in positions:
                 measured["position"] = positions[seam.name]
@@ -117,9 +119,9 @@ def seam_places(seams: Sequence[Seam], T_base_part: RigidTransform) -> list[tupl
 
 
 def _in_groove(seam: Seam, groove: Groove) -> Seam:
-    """Return a seam as the weld of a groove: it runs along one edge at the root, or beside the groove."""
+    """Return a seam with the frames of the groove: it runs along one edge at the root, or beside the groove."""
     R = seam.frames.R @ Rotation.from_euler("x", groove.tilt_rad).as_matrix()
-    return replace(seam, joint=JointType.BUTT, weld=WeldType.GROOVE, frames=replace(seam.frames, R=R))
+    return replace(seam, frames=replace(seam.frames, R=R))
 
 
 def _weld(

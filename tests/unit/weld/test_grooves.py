@@ -62,7 +62,7 @@ def groove(left, right, face, gap, t=12.0, *, both=False, at="root edge"):
     R = np.tile((up * lean).as_matrix(), (7, 1, 1))
     pieces = SeamPieces(*(np.zeros(1, dtype=np.int64),) * 5, np.full((1, 3), gap))
     frames = SeamFrames(x, np.stack([x, 0 * x + y, 0 * x + z], axis=1), R, np.full(7, 2.0), "base")
-    seam = Seam("W1", JointType.CORNER, WeldType.FILLET, ("a", "b"), pieces, False, LENGTH, True, True, (), frames)
+    seam = Seam("W1", JointType.BUTT, WeldType.GROOVE, ("a", "b"), pieces, False, LENGTH, True, True, (), frames)
     return PartMesh((a, b), 0.01, 0.5, None), seam
 
 

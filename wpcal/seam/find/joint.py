@@ -31,6 +31,7 @@ from wpcal.seam.seam import JointType, SeamPieces, WeldType
 OTHER_PLACES = (0.19, 0.81)  #: Where else than in its middle a curved piece is looked at, as shares of its parameter.
 BEVEL_COS = (0.26, 0.97)  #: Between the normals of a bevel and of the surface beside it: 15 to 75 degrees.
 MOST_SIDE_MM = 60.0  #: The sides of a groove are shorter: 50 mm of plate at 30 degrees.
+LEAST_STEP = 0.1  #: Between the surfaces of two plates in one line, as a share of the side of the groove between them.
 EXTENT_HALVINGS = 16  #: Of an extent: from a quarter of it to a few hundred-thousandths.
 EXTENT_SAMPLES = 40
 EXTENT_TOGETHER = 5  #: Points of each face that are compared at once.
@@ -92,7 +93,10 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContact
     behind, up = inward(at.n_wall, at.slope, -1.0), inward(at.n_face, at.slope, 1.0)
     patch_pair = np.stack([contact_face, f], axis=1)
     width = _width(graph, trimmed, contacts, at, gap_mm)
-    upright = _extent(graph, trimmed, wall, p, up, gap_mm) >= _thickness(patch_pair, width)
+    thickness = _thickness(patch_pair, width)
+    upright = _extent(graph, trimmed, wall, p, up, gap_mm) >= thickness
+    low = np.flatnonzero(~upright)
+    upright[low] = bevelled_mm(graph, trimmed, at.select(low), gap_mm) >= thickness[low]
     other_thickness = _thickness(patch_pair, _extent(graph, trimmed, f, p, behind, gap_mm))
     flush = np.flatnonzero(~continues)  # only these need the view from the other member
     other_upright = np.zeros(len(e), dtype=bool)
@@ -111,36 +115,46 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContact
     }
     rows_of_views = zip(*(column.tolist() for column in columns.values()), strict=True)
     words = [JointView(**dict(zip(columns, view, strict=True))).words for view in rows_of_views]
-    corners = np.flatnonzero([joint is JointType.CORNER for joint, _ in words])
-    for row in corners[_are_grooves(graph, trimmed, at.select(corners), gap_mm)].tolist():
+    maybe = np.flatnonzero([joint in (JointType.CORNER, JointType.TEE) for joint, _ in words])
+    is_tee = np.array([words[row][0] is JointType.TEE for row in maybe.tolist()], dtype=bool)
+    for row in maybe[_are_grooves(graph, trimmed, at.select(maybe), is_tee, gap_mm)].tolist():
         words[row] = JointType.BUTT, WeldType.GROOVE
     pieces = SeamPieces(e, stretches.t0, stretches.t1, wall, base, contacts.gap_mm[rows])
     return JoinedPieces(pieces, tuple(joint for joint, _ in words), tuple(weld for _, weld in words))
 
 
-def _are_grooves(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, gap_mm: float) -> BoolArray:
+def _are_grooves(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, is_tee: BoolArray, gap_mm: float) -> BoolArray:
     """Tell where wall and base are the sides of a groove, of which one at least is bevelled.
 
-    Beyond both, the members have surfaces in one direction.
+    Beyond both, the members have surfaces in one direction; of what else would be a tee, in one plane.
     """
     n_patch = project_to_faces(graph, at.patch, at.p).normal
     away = n_patch, np.where(at.continues[:, None], -at.n_wall, at.n_face)
-    (wall_mm, *beyond_wall), (base_mm, *beyond_base) = (
+    (to_wall, *beyond_wall), (to_base, *beyond_base) = (
         _beyond(graph, trimmed, (face, at.p, at.slope), own, behind, gap_mm)
         for face, own, behind in zip((at.wall, at.base), (at.n_wall, at.n_base), away, strict=True)
     )
-    lean = beyond_wall[1], beyond_base[1]
+    lean = beyond_wall[2], beyond_base[2]
     least, most = np.minimum(*lean), np.maximum(*lean)  # a square side has none
     grooves = (least > -BEVEL_COS[0]) & (most > BEVEL_COS[0]) & (most < BEVEL_COS[1])
+    wall_mm, base_mm = np.linalg.norm(to_wall, axis=1), np.linalg.norm(to_base, axis=1)
     grooves &= np.maximum(wall_mm, base_mm) <= MOST_SIDE_MM
-    return np.asarray(grooves & (np.einsum("ki,ki->k", beyond_wall[0], beyond_base[0]) > SAME_PLANE), dtype=bool)
+    step = np.abs(np.einsum("ki,ki->k", to_wall - to_base, beyond_wall[1]))
+    grooves &= ~is_tee | (step <= LEAST_STEP * wall_mm)
+    return np.asarray(grooves & (np.einsum("ki,ki->k", beyond_wall[1], beyond_base[1]) > SAME_PLANE), dtype=bool)
 
 
-def are_bevels(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, gap_mm: float) -> BoolArray:
-    """Tell where the wall is a bevel: narrow, and beyond it the member goes on at an angle of 15 to 75 degrees."""
+def bevelled_mm(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, gap_mm: float) -> FloatArray:
+    """Measure how far walls go on that are bevels, with the surfaces beyond them, mm; 0 where a wall is none.
+
+    A bevel is narrow, and beyond it the member goes on at an angle of 15 to 75 degrees.
+    """
     away = project_to_faces(graph, at.patch, at.p).normal
-    width_mm, _, lean = _beyond(graph, trimmed, (at.wall, at.p, at.slope), at.n_wall, away, gap_mm)
-    return np.asarray((lean > BEVEL_COS[0]) & (lean < BEVEL_COS[1]) & (width_mm <= MOST_SIDE_MM), dtype=bool)
+    side, other, normal, lean = _beyond(graph, trimmed, (at.wall, at.p, at.slope), at.n_wall, away, gap_mm)
+    (way,), width_mm = ways_on(at.slope, [normal], [-side]), np.linalg.norm(side, axis=1)
+    beyond_mm = _extent(graph, trimmed, np.maximum(other, 0), at.p + side, way, gap_mm)
+    is_bevel = (lean > BEVEL_COS[0]) & (lean < BEVEL_COS[1]) & (width_mm <= MOST_SIDE_MM)
+    return np.where(is_bevel, width_mm + beyond_mm, 0.0)
 
 
 def _beyond(
@@ -150,8 +164,8 @@ def _beyond(
     normal: FloatArray,
     away: FloatArray,
     gap_mm: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return how wide faces are from an edge on, the normals of what is beyond, and their cosines with the faces' own.
+) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+    """Return ways over faces from an edge on, what is beyond, its normals, and their cosines with the faces' own.
 
     `edge`: The faces, and places and directions of the edge. `away`: As in `sides.ways_on`.
     """
@@ -161,7 +175,7 @@ def _beyond(
     far = p + width_mm[:, None] * way
     other = faces_around_corner(graph, trimmed, face, far)
     beyond = np.where((other >= 0)[:, None], project_to_faces(graph, np.maximum(other, 0), far).normal, 0.0)
-    return width_mm, beyond, np.asarray(np.einsum("ki,ki->k", beyond, normal), dtype=np.float64)
+    return far - p, other, beyond, np.asarray(np.einsum("ki,ki->k", beyond, normal), dtype=np.float64)
 
 
 def _goes_on_behind(

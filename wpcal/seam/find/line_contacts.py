@@ -19,7 +19,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.seam.find.contact import EdgeContacts, find_edge_contacts
 from wpcal.seam.find.duplicates import COVER_SHARES, are_near, without_duplicates
-from wpcal.seam.find.joint import JoinedPieces, are_bevels, join_contacts
+from wpcal.seam.find.joint import JoinedPieces, bevelled_mm, join_contacts
 from wpcal.seam.find.root_gaps import MOST_ROOT_MM, bevelled_faces
 from wpcal.seam.find.sides import find_sides, step_mm
 from wpcal.seam.find.wide_gaps import EVEN_SHARE, PLACES, is_filled, pairs_over
@@ -88,7 +88,7 @@ def _lines(
         at = find_sides(graph, trimmed, own, rows, middle, ledge_mm=step_mm(gap_mm))
         is_wall = at.has_wall.copy()
         asked = np.flatnonzero(is_wall & np.isin(own.edge, [] if bevelled is None else bevelled))
-        is_wall[asked] = are_bevels(graph, trimmed, at.select(asked), gap_mm)
+        is_wall[asked] = bevelled_mm(graph, trimmed, at.select(asked), gap_mm) > 0.0
         found.append(join_contacts(graph, trimmed, own.select(is_wall), gap_mm=gap_mm))
     return without_duplicates(graph, JoinedPieces.together(found), gap_mm=gap_mm)
 
