@@ -76,14 +76,11 @@ SAMPLES_PER_SPAN = 9
 def recognise_curve(adaptor: Any) -> RecognisedCurve | None:
     """Return the line or circle within `SAME_SHAPE_MM` of an edge's curve, or None."""
     first, last = adaptor.FirstParameter(), adaptor.LastParameter()
-    samples = SAMPLES_PER_SPAN * max(1, _span_count(adaptor))
+    spans = adaptor.NbKnots() - 1 if adaptor.GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve else 1
+    samples = SAMPLES_PER_SPAN * max(1, spans)
     values = [adaptor.Value(t) for t in np.linspace(first, last, samples)]
     points = np.array([(p.X(), p.Y(), p.Z()) for p in values])
     return _as_line(points) or _as_circle(points)
-
-
-def _span_count(adaptor: Any) -> int:
-    return adaptor.NbKnots() - 1 if adaptor.GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve else 1
 
 
 def _as_line(points: FloatArray) -> RecognisedCurve | None:

@@ -55,7 +55,7 @@ def listen(host: str, port: int) -> Listening:
         where = f"port {port}" if host == LOCAL else f"{host}, port {port}"
         raise InputError(f"{where}: {reason}", code=ErrorCode.PORT_UNUSABLE) from None
     bound = int(listening.getsockname()[1])
-    names = dict.fromkeys(_in_url(name) for name in (host, address))
+    names = dict.fromkeys(f"[{name}]" if ":" in name else name.lower() for name in (host, address))
     hosts = [f"{name}:{bound}" for name in names] + ([*names] if bound == HTTP_PORT else [])
     return Listening(listening, tuple(hosts), ipaddress.ip_address(address).is_loopback)
 
@@ -82,10 +82,6 @@ def _example() -> str:
             return f", such as {probe.getsockname()[0]}"
     except OSError:
         return ""
-
-
-def _in_url(address: str) -> str:
-    return f"[{address}]" if ":" in address else address.lower()
 
 
 def qr_code(url: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from cad.kernel.geometry import surface_kind, vertex_points
 from cad.kernel.topology import FACE, sub_shapes
 from cad.step.compare import VERTEX_ATOL_MM, StepInventory, nearest_mm, take_inventory
-from cad.step.read import StepPart, StepSolid
+from cad.step.read import StepPart
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
@@ -30,7 +30,10 @@ class SolidsBefore:
 def take_solids(part: StepPart, *, without: str = "") -> SolidsBefore:
     """Count what a file's solids hold; `without` is the name of an assembly whose marks are left out."""
     return SolidsBefore(
-        tuple(_look(solid, number) for number, solid in enumerate(part.solids, 1)),
+        tuple(
+            ("" if solid.name == f"S{number}" else solid.name, solid.color_rgb, solid.layers)
+            for number, solid in enumerate(part.solids, 1)
+        ),
         tuple(Counter(surface_kind(face) for face in sub_shapes(solid.shape, FACE)) for solid in part.solids),
         tuple(vertex_points(solid.shape) for solid in part.solids),
         Counter((m.kind, m.name, m.color_rgb, m.layers) for m in part.marks if not without or without not in m.path),
@@ -84,10 +87,6 @@ class OwnMotions:
             for what, difference in found
             if difference
         ]
-
-
-def _look(solid: StepSolid, number: int) -> tuple[Any, ...]:
-    return ("" if solid.name == f"S{number}" else solid.name, solid.color_rgb, solid.layers)
 
 
 def _first(lost: Counter[Any]) -> str:

@@ -136,7 +136,8 @@ class _Tree:
 
     def roots(self) -> tuple[Occurrence, ...]:
         """Return the tree of every root."""
-        return tuple(self._occurrence(root, None, _unmoved(), 0) for root in find_roots(self.file))
+        unmoved = RigidTransform.identity(target="part", source="part")
+        return tuple(self._occurrence(root, None, unmoved, 0) for root in find_roots(self.file))
 
     def _occurrence(self, product: Root, link: Link | None, T: RigidTransform, level: int) -> Occurrence:
         if level > MOST_LEVELS:
@@ -210,10 +211,6 @@ class _Tree:
         instance = self.file.instance(representation)
         context = None if instance is None else context_and_items(instance)[0]
         return 1.0 if context is None else unit_of_context(self.file, context)
-
-
-def _unmoved() -> RigidTransform:
-    return RigidTransform.identity(target="part", source="part")
 
 
 def _ends(relation: Instance) -> tuple[int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,7 +23,7 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named, split_names
-from wpcal.taught.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
+from wpcal.taught.features import POINT_KINDS, FeatureKind, feature_named, judge_features
 from wpcal.touch.advice import Advice, advise
 from wpcal.touch.moved_advice import HowMany, MovedAdvice
 
@@ -135,10 +136,12 @@ def _asked(
     found, workpiece = find_seams(workpiece, seam_options, choice)
     seams = _seams_named(found, options.seams)
     progress(f"judging {counted(len(workpiece.features), 'feature')}")
+    *place, radius = (0.0, 0.0, 0.0, math.inf) if options.near is None else options.near
     allowed = [
         item
         for item in judge_features(workpiece.graph, workpiece.features)
-        if item.feature.name not in excluded and item.feature.kind in options.kinds and _is_near(item, options.near)
+        if item.feature.name not in excluded and item.feature.kind in options.kinds
+        if np.linalg.norm(item.feature.p_mm - place) <= radius
     ]
     return Advisable(workpiece, seams, allowed, have)
 
@@ -165,7 +168,3 @@ def _seams_named(seams: Sequence[Seam], names: Sequence[str]) -> list[Seam]:
         return [seam for seam in seams if seam.accepted]
     by_name = {seam.name: seam for seam in seams}
     return [by_name[name] for name in seams_named(names, list(by_name))]
-
-
-def _is_near(item: Touchable, near: tuple[float, float, float, float] | None) -> bool:
-    return near is None or float(np.linalg.norm(item.feature.p_mm - near[:3])) <= near[3]

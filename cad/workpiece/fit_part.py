@@ -86,11 +86,8 @@ def _following(result: CalibrationResult, u95: tuple[FloatArray, ...], seams: Se
     moved = [shift.at(T.apply(seam.frames.p)) for seam in seams]
     most = max(float(np.linalg.norm(each, axis=1).max()) for each in moved)
     result = replace(result, field_shift=shift, issues=(*result.issues, shift.issue(most)))
-    return FittedPart(result, u95, tuple(_shifted(seam, by @ T.R) for seam, by in zip(seams, moved, strict=True)))
-
-
-def _shifted(seam: Seam, by_part: FloatArray) -> Seam:
-    return replace(seam, frames=replace(seam.frames, p=seam.frames.p + by_part))
+    frames = [replace(seam.frames, p=seam.frames.p + by @ T.R) for seam, by in zip(seams, moved, strict=True)]
+    return FittedPart(result, u95, tuple(replace(seam, frames=own) for seam, own in zip(seams, frames, strict=True)))
 
 
 def _sized_seam(seam: Seam, factor: float) -> Seam:

@@ -177,7 +177,8 @@ def fit_weldment(
     # a motion of bodies may pass for a wrong tool in the rigid fit: only a stated error of the tool counts here
     stated = replace(rigid.teaching, tcp_bias_mm=max(options.teaching.tcp_bias_mm, observed.taught.tcp_bias_mm))
     rigid = replace(rigid, issues=(*rigid.issues, *shared), teaching=stated, tool=None)
-    sigma = _sigma(rigid, touches, options)
+    usual = Sigma.expected(options.teaching.per_axis_mm)  # residuals of the part as one body hold its motions, too
+    sigma = usual if touches.covariances is None else rigid.sigma
     gap_limit_mm = options.seams.gap_for(workpiece.graph)
     contacts, sigma_mm = None, choice.contact_sigma_mm or gap_limit_mm * USUAL_CONTACT_SHARE
     if choice.keeps_contacts:
@@ -232,11 +233,6 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
     return MeetingPoints(
         frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, moved.x_wall, moved.is_met
     )
-
-
-def _sigma(rigid: CalibrationResult, touches: Touches, options: CalibrateOptions) -> Sigma:
-    """Error of the touches: their own, stated or usual. Residuals of the part as one body hold its motions, too."""
-    return rigid.sigma if touches.covariances is not None else Sigma.expected(options.teaching.per_axis_mm)
 
 
 def _judged(

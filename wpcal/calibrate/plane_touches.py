@@ -59,7 +59,8 @@ def calibrate_bodies(
     Raises `InputError, GeometryError, ConvergenceError` when lengths differ or values cannot be used, the touches leave
     the part free, or the fit does not settle.
     """
-    p, n, q = (as_points(each, name=name) for each, name in _named(p_part, normal_part, p_base))
+    p, n = as_points(p_part, name="points of the model"), as_points(normal_part, name="normals")
+    q = as_points(p_base, name="touched points")
     if not len(p) == len(n) == len(q) == len(body):
         raise InputError(f"{len(p)} points, {len(n)} normals, {len(q)} touched points and {len(body)} bodies")
     n = n / np.linalg.norm(n, axis=1, keepdims=True)
@@ -85,7 +86,3 @@ def predict_body_errors(found: MovedBodies, p_part: ArrayLike, body: Sequence[st
     own = np.array([motions.bodies.names.index(name) for name in body])
     moved = motions.apply(own, as_points(p_part, name="points"))
     return meeting_errors(found.fit, MeetingPoints.on(own, moved)).total_mm
-
-
-def _named(*arrays: ArrayLike) -> list[tuple[ArrayLike, str]]:
-    return list(zip(arrays, ("points of the model", "normals", "touched points"), strict=True))

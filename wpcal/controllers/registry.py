@@ -266,10 +266,6 @@ def exporter_names() -> tuple[str, ...]:
     return tuple(sorted({*controller_names(), *(entry.name for entry in installed(EXPORTERS))}))
 
 
-def _each_by_itself(names: str) -> str:
-    return " ".join(f"-f {name.strip()}" for name in names.split(",") if name.strip())
-
-
 def exporter_named(name: str) -> Exporter | Controller:
     """Return one format or controller, by its name or its maker's; a controller goes before a format of the same name.
 
@@ -277,7 +273,8 @@ def exporter_named(name: str) -> Exporter | Controller:
     `Exporter`.
     """
     if "," in name:
-        raise InputError(f"{name!r} is more than one format; give each by itself: {_each_by_itself(name)}")
+        each = " ".join(f"-f {one.strip()}" for one in name.split(",") if one.strip())
+        raise InputError(f"{name!r} is more than one format; give each by itself: {each}")
     controller = find_controller(name)
     if controller is not None:
         return controller

@@ -100,7 +100,8 @@ def read_as(text: str, path: str) -> ProgramPoints:
     poses = [(name, line, _pose(name, cells, path, line)) for name, line, cells in found.rows]
     own = found.bases | found.tools
     points = [_point(name, line, T, found) for name, line, T in poses if name.lower() not in own]
-    points += [_joints(name, line, cells) for name, line, cells in found.joints]
+    joints = ((name, line, joint_values(cells[:6])) for name, line, cells in found.joints)
+    points += [unusable_point(name, line, "is stored as joint angles", values) for name, line, values in joints]
     frames = {name.lower(): T for name, _, T in poses if name.lower() in found.bases}
     return ProgramPoints(tuple(sorted(points, key=lambda point: point.line)), frames)
 
@@ -141,10 +142,6 @@ def _point(name: str, line: int, T: RigidTransform, found: _File) -> ProgramPoin
     frame = next(iter(bases), NULL)
     at_flange = use.tools == {NULL}
     return ProgramPoint(name, line, T.t_mm, T.R, BASE if frame == NULL else frame, at_flange)
-
-
-def _joints(name: str, line: int, cells: Sequence[str]) -> ProgramPoint:
-    return unusable_point(name, line, "is stored as joint angles", joint_values(cells[:6]))
 
 
 READER = ProgramReader(read_as, partial(frame_from_angles, rotation=rotation_from_zyz), "X,Y,Z,O,A,T")

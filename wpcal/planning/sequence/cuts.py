@@ -181,6 +181,10 @@ class Span(NamedTuple):
     first: int
     last: int
 
+    def holds(self, other: Span) -> bool:
+        """Tell whether the other is in it."""
+        return self.first <= other.first and other.last <= self.last
+
 
 class _Way(NamedTuple):
     span: Span
@@ -191,7 +195,7 @@ def cut_seam(search: SeamSearch, task: SeamTask, remedies: RemedySearch) -> tupl
     """Weld as much of a seam as possible, in as few pieces as possible."""
     ways = _ways(search, task)
     spans = best_cuts(task.s_mm, [way.span for way in ways], min(LEAST_PIECE_MM, task.length_mm))
-    found = [_leaving(search, task, next(way for way in ways if _holds(way.span, span)), span) for span in spans]
+    found = [_leaving(search, task, next(way for way in ways if way.span.holds(span)), span) for span in spans]
     spans, pieces = [each.span for each in found if each], [each.candidate for each in found if each]
     ends = [0, *(row for span in spans for row in span), len(task) - 1]
     gaps = [Span(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b > a]
@@ -231,10 +235,6 @@ def best_cuts(s_mm: FloatArray, ways: Sequence[Span], least_mm: float) -> list[S
             spans.append(Span(at, to))
             at = to
     return spans
-
-
-def _holds(way: Span, span: Span) -> bool:
-    return way.first <= span.first and span.last <= way.last
 
 
 def _ways(search: SeamSearch, task: SeamTask) -> list[_Way]:

@@ -84,13 +84,9 @@ def _search_record(search: Search) -> dict[str, Any]:
         "joints_deg": _degrees(search.joints),
         "via_joints_deg": _degrees(search.via_joints),
         "body": search.body,
-        "serves": None if search.serves is None else _served_record(search.serves),
+        "serves": (at := search.serves) and {"seam": at.seam, "before_mm": at.before_mm, "after_mm": at.after_mm},
         "axis": None if search.axis is None else search.axis.tolist(),
     }
-
-
-def _served_record(served: Served) -> dict[str, Any]:  # a touch of a plan has more fields
-    return {"seam": served.seam, "before_mm": served.before_mm, "after_mm": served.after_mm}
 
 
 def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:

@@ -183,7 +183,7 @@ class SeamModel:
 
     def add_edge(self, middle: Vector) -> None:
         """Take an edge, given by a point on it, for a seam beside those that are found."""
-        named, place = self.options.get(ADDED_EDGES) or [], _place(middle)
+        named, place = self.options.get(ADDED_EDGES) or [], ",".join(f"{x:.4f}" for x in middle)
         self._options = {**self.options, ADDED_EDGES: [*named, *([] if place in named else [place])]}
 
 
@@ -216,10 +216,6 @@ def _sag(path: Sequence[Sequence[float]]) -> float:
             if turn < LARGEST_TURN:
                 largest = max(largest, max(first, second) * math.tan(turn / 4) / 2)
     return largest
-
-
-def _place(point: Sequence[float]) -> str:
-    return ",".join(f"{x:.4f}" for x in point)
 
 
 def _is_same(one: dict[str, Any], other: dict[str, Any]) -> bool:
