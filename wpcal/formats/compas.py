@@ -6,8 +6,6 @@ mm, and the file says so. All digits are kept. The frames are those of the tool 
 References: COMPAS 2: compas.data (dtype and data), compas.geometry.Frame.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from wpcal.controllers.language.naming import NameRules, safe_name

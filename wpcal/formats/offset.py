@@ -8,8 +8,6 @@ References: Siemens, SINUMERIK 840D sl Function Manual, Basic Functions, K2: Fra
 PLANE SPATIAL. Yin et al. (2003), section 5.
 """
 
-from __future__ import annotations
-
 from textwrap import wrap
 
 import numpy as np

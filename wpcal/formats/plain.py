@@ -4,8 +4,6 @@ Both state the frame, the units and the sense of the tool's axis in the file and
 rotation as a matrix and as a quaternion x, y, z, w.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

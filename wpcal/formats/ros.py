@@ -6,8 +6,6 @@ Metres and quaternions x, y, z, w as in REP 103. Poses are those of the tool in 
 References: REP 103 (units and conventions), REP 199 (frames of serial manipulators), geometry_msgs/msg/PoseArray.
 """
 
-from __future__ import annotations
-
 import json
 
 from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name, safe_names

@@ -7,8 +7,6 @@ w, x, y, z in the order of Eigen's constructor. Poses are those of the tool in t
 References: tesseract_robotics: CartesianWaypoint, MoveInstruction, CompositeInstruction.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name

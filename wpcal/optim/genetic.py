@@ -5,8 +5,6 @@ there; taken here are linear ranking with stochastic universal sampling (Baker 1
 recombination and the mutation of the breeder genetic algorithm (Mühlenbein and Schlierkamp-Voosen 1993).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ The first is the minimax fit of touches near a pose. The second chooses among fi
 References: Mehrotra, S. (1992), SIAM J. Optim. 2(4), 575 (predictor and corrector).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray

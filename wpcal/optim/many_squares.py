@@ -6,8 +6,6 @@ of one array, and one call of the problem evaluates all of them.
 References: Marquardt (1963), An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11(2).
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

@@ -6,8 +6,6 @@ hand: how the radius follows the cost, how wide the rings are and what a place o
 below.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 

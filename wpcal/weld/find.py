@@ -1,7 +1,5 @@
 """The welds of a calibrated part: thickness and position are measured, then rules and the user's values are applied."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace

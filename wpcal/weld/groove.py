@@ -6,8 +6,6 @@ down it narrows (the bevels), stays as it is (the root face), and may open again
 Curved preparations (J and U) are not measured.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What a second file states about welds, added to what the first one states: value by value, seam by seam."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import replace

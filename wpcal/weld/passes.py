@@ -4,8 +4,6 @@ Layers are parallel to the face of the weld. A layer of m beads is divided so th
 width at every height: all areas then have a closed form, no bead leaves the section, and the areas add up to it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Change a value in ``values``: it is then stated by the user, and later runs keep
 rules again; null states that there is none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 The table is a TOML file (`rules.toml`); a file of the user replaces it as a whole. Every row has a source or a reason.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ stretch is cut out of it. All stretches of a bead come before the next bead. Tac
 itself, without a weave; all of them come before the first weld.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

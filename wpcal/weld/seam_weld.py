@@ -4,8 +4,6 @@ What a person states counts first, then what a file states, then the rules. Pass
 section of the weld unless they are stated: the wire that is fed fills it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

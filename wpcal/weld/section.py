@@ -6,8 +6,6 @@ tangent of half the angle between its plates. A groove with different bevels is 
 height. A groove that was measured can be turned and moved in the frame of the seam.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Values of welds as a person types them on the command line: ``W1-W4:leg_mm=5``."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Only whole stretches are laid. Without an offset the same length is left free at
 closed seam the pitch is made a little larger, so that the stretches are at equal distances.
 """
 
-from __future__ import annotations
-
 import math
 
 from wpcal.core.errors import InputError

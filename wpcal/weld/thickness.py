@@ -4,8 +4,6 @@ A ray starts beside the seam, just above one of its two faces, and goes straight
 material again is the thickness there.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from wpcal.brep.material import Material

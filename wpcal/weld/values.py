@@ -3,8 +3,6 @@
 Every value may be missing (None): then nothing states it, and a program leaves it to the controller.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
 from difflib import get_close_matches

@@ -5,8 +5,6 @@ plate over the root to the other. Every line between two points is then out of t
 them is convex. The number of swings is whole, so the wire begins and ends at the middle.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -44,8 +44,9 @@ def read_inform(text: str, path: str) -> ProgramPoints:
     if VARIABLES.search(text):
         rows = [row for row in variables_of(text) if row.kind == "P" and NONZERO.search("".join(row.cells))]
         known = ((row, {"POSTYPE": "USER", **row.settings}) for row in rows)  # without settings the frame is unknown
-        points = (_point(f"P{row.first:03d}", ",".join(row.cells), own, path, row.line) for row, own in known)
-        return ProgramPoints(tuple(points))
+        return ProgramPoints(
+            tuple(_point(f"P{row.first:03d}", ",".join(row.cells), own, path, row.line) for row, own in known)
+        )
     if not re.search(r"^//POS\b", text, re.MULTILINE):
         raise FormatError("has no section //POS", path=path)
     settings: dict[str, str] = {}

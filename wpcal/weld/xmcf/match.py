@@ -1,7 +1,5 @@
 """Which seam of a part is which weld of an xMCF file, and what the file states about it."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

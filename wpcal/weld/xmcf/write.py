@@ -1,7 +1,5 @@
 """Write seams as an xMCF file (ISO/PAS 8329), in the coordinates of the part."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
