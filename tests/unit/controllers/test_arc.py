@@ -35,9 +35,8 @@ def exported(finished_folder, tmp_path):
         stated = {"thickness_mm": 8, "job": 7, **values}
         file = tmp_path / "welds.json"
         file.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": stated}]}))
-        out = tmp_path / "out"
-        call = ("export", folder, "-f", language, *OPTIONS, "-o", out, "--force", "--only", "W1", *options)
-        return run_here(*call, "--welds", file), out / language
+        call = ("export", folder, "-f", language, *OPTIONS, "-o", folder, "--force", "--only", "W1", *options)
+        return run_here(*call, "--welds", file), folder / language
 
     return make
 
@@ -57,6 +56,7 @@ def test_the_arc_is_on_along_the_seam_and_each_misplaced_instruction_is_found(ex
     path = folder / name
     text = path.read_bytes().decode().splitlines()
     assert arc_faults(path.read_bytes(), path) == []
+    assert run_here("audit", folder).returncode == 0
     (on,), (off,) = lines_of(text, rf"^[^;!#'/]*\b{on_word}\b"), lines_of(text, rf"^[^;!#'/]*\b{off_word}\b")
     (start,), (end,) = lines_of(text, r"SEAM START[ ;]*$"), lines_of(text, r"SEAM END[ ;]*$")
     assert start < on < off < end

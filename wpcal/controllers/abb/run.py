@@ -102,14 +102,12 @@ class Interpreter(Memory):
         frame, T_tool = self._placed(tool, options, speed)
         self._zone(zone)
         *via, goal = (frame @ matrix(self._target(tokens, "robtarget")) for tokens in points)
-        if part == "START":
-            self.machine.switch(Does.ON)
         if via:
             self.machine.arc(via[0], goal, T_tool)
         else:
             self.machine.move(goal, T_tool, is_line=kind == "L")
-        if part and part != "START":
-            self.machine.switch(Does.OFF)
+        if part:
+            self.machine.switch(Does.ON if part == "START" else Does.OFF)
 
     def _target(self, tokens: list[str], kind: str) -> Record:
         """Return a target, and say where it brings the external axes that the robot has."""

@@ -1,8 +1,9 @@
 """Judge where the arc burns: on along every seam, off everywhere else.
 
 A program with arc instructions has the comments SEAM START and SEAM END around the moves of every seam. Between them
-the arc must be on for every move; outside of them it must be off. A program of a dry run has the comments ARC ON and
-ARC OFF instead, and no arc instruction. Programs of others have neither, and are not judged.
+the arc must be on for every move, but the one to where it is struck; outside of them it must be off. A program of a dry
+run has the comments ARC ON and ARC OFF instead, and no arc instruction. Programs of others have neither, and are not
+judged.
 
 Of all digital outputs only that of the arc counts: the number that the program's header states, or a person.
 """
@@ -30,28 +31,31 @@ def arc_faults(trace: Trace) -> Iterator[tuple[Place, str]]:
 
 
 def _faults(trace: Trace) -> Iterator[tuple[Place, str]]:
-    is_on, in_seam, had_arc = False, False, False
-    for event in trace.events:
+    is_on, in_seam, had_arc, is_begun = False, False, False, False
+    for event, after in zip(trace.events, [*(each.does for each in trace.events[1:]), Does.STOP], strict=True):
         does = event.does
-        for is_wrong, what in _rules(does, is_on=is_on, in_seam=in_seam, had_arc=had_arc):
+        leads = not is_begun and after is Does.ON
+        for is_wrong, what in _rules(does, is_on=is_on, in_seam=in_seam, had_arc=had_arc, leads=leads):
             if is_wrong:
                 yield event.place, what
         if does in (Does.START, Does.END, Does.STOP):
-            in_seam, is_on, had_arc = does is Does.START, is_on and does is Does.START, False
+            in_seam, is_on = does is Does.START, is_on and does is Does.START
+            had_arc, is_begun = False, False
         elif does in (Does.ON, Does.OFF):
-            is_on = does is Does.ON
-            had_arc = had_arc or is_on
+            is_on, is_begun = does is Does.ON, True
+        else:
+            is_begun, had_arc = True, had_arc or is_on
 
 
-def _rules(event: Does, *, is_on: bool, in_seam: bool, had_arc: bool) -> tuple[tuple[bool, str], ...]:
-    """Return what can be wrong at an event, and whether it is."""
+def _rules(event: Does, *, is_on: bool, in_seam: bool, had_arc: bool, leads: bool) -> tuple[tuple[bool, str], ...]:
+    """Return what can be wrong at an event, and whether it is. `leads`: Whether the arc starts behind it."""
     rules: Mapping[Does, tuple[tuple[bool, str], ...]] = {
         Does.START: ((in_seam, "a seam begins before the one before it has ended"),),
         Does.END: ((is_on, "the arc is still on at the end of a seam"), (not had_arc, "a seam without an arc")),
         Does.ON: ((is_on, "the arc is switched on while it burns"), (not in_seam, "arc on between seams")),
         Does.OFF: ((not is_on, "the arc is switched off while it is off"),),
         Does.MOVE: (
-            (in_seam and not is_on, "a move along a seam without the arc"),
+            (in_seam and not is_on and not leads, "a move along a seam without the arc"),
             (is_on and not in_seam, "the arc burns on a move between seams"),
         ),
         Does.STOP: ((is_on or in_seam, "the program ends within a seam"),),

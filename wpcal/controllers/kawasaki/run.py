@@ -24,7 +24,7 @@ import numpy as np
 
 from wpcal.controllers.kawasaki.arc import CM_PER_MIN
 from wpcal.controllers.kawasaki.read import GRAMMAR
-from wpcal.controllers.language.grammar import Does, mark_of
+from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, Node, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, outside, tokens_of
 from wpcal.controllers.run.machine import ProgramError, StoppedError, about, moved, rigid, turns_of
@@ -113,7 +113,6 @@ class Interpreter(BlockInterpreter):
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.T_base: FloatArray = np.eye(4)
         self.via: Transformation | None = None
-        self.mark: Does | None = None
         self.speed: float | None = None
         self.weld_speeds: dict[str, float] = {}  #: By the number of a weld condition.
         self.is_cp = True  #: Unless the program says otherwise, the tool does not stop at the end of a motion.
@@ -252,19 +251,6 @@ class Interpreter(BlockInterpreter):
             else:
                 function(tokens[1:])
 
-    def remark(self, text: str) -> None:
-        """Take a mark of a seam: a beginning counts from the end of the next LWS, which goes to the seam."""
-        if mark_of(text) is Does.START:
-            self.mark = Does.START
-        else:
-            self._passed()
-            super().remark(text)
-
-    def _passed(self) -> None:
-        if self.mark is not None:
-            self.machine.switch(self.mark)
-        self.mark = None
-
     def _do_if(self, tokens: list[str]) -> None:
         words = [token.upper() for token in tokens]
         if "GOTO" not in words:
@@ -284,7 +270,6 @@ class Interpreter(BlockInterpreter):
         return value
 
     def _travel(self, kind: str, goal: Any, condition: str | None = None) -> None:
-        self._passed()
         self.bring(goal[6:] if isinstance(goal, tuple) else goal.external)
         zone_mm, self.accuracy = self.accuracy[0] if self.is_cp else None, (self.accuracy[1],) * 2
         if isinstance(goal, tuple):
@@ -321,11 +306,8 @@ class Interpreter(BlockInterpreter):
     _do_c1wc = _do_c1move
 
     def _do_lws(self, tokens: list[str]) -> None:
-        mark, self.mark = self.mark, None
         self._travel("L", self._goal(tokens))
         self.machine.stand()
-        self.mark = mark
-        self._passed()
         self.machine.switch(Does.ON)
 
     def _do_lwe(self, tokens: list[str]) -> None:

@@ -54,7 +54,7 @@ BLENDS = {"C_DIS", "C_PTP", "C_VEL", "C_ORI", "C_SPL"}
 PLACES = tuple("XYZABC")
 JOINTS = tuple(f"A{axis}" for axis in range(1, 7))
 EXTERNAL = tuple(f"E{axis}" for axis in range(1, 7))
-ARC = {"#ARCONBEFOREMOVESTD": Does.ON, "#ARCOFFAFTERMOVESTD": Does.OFF}
+ARC = {"#ARCONAFTERMOVESTD": Does.ON, "#ARCOFFAFTERMOVESTD": Does.OFF}
 KINDS: dict[str, Any] = {"INT": int, "REAL": (int, float), "BOOL": bool, "CHAR": str}
 
 
@@ -111,6 +111,7 @@ class Interpreter(BlockInterpreter):
         self.hit: FloatArray | None = None
         self.after = ""  #: The line after the one that runs.
         self.in_handler = self.is_braked = False
+        self.has_own_speed = False  #: Whether the data of an arc package state the speed.
         super().__init__(files, *args, **given)
         self.file = ""  # until a routine runs
 
@@ -265,7 +266,7 @@ class Interpreter(BlockInterpreter):
 
     def _note_speed(self) -> None:
         speed = self.system.get("$VEL.CP")
-        if isinstance(speed, int | float):
+        if isinstance(speed, int | float) and not self.has_own_speed:
             self.machine.at = replace(self.machine.at, speed_mm_s=1000.0 * speed)
 
     def give(self, name: str, value: Any) -> None:
@@ -338,6 +339,7 @@ class Interpreter(BlockInterpreter):
             does = ARC.get(given[0].upper() if given else "")
             if does is not None:
                 self.machine.switch(does)
+                self.has_own_speed = does is Does.ON
         elif name == "BAS":
             self._bas(self.listed(given[:1]))
         elif name in {"MSGNOTIFY", "MSGQUIT"}:

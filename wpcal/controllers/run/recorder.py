@@ -41,7 +41,7 @@ class Recorder:
         self.trace, self.from_pulses, self.arc_output, self.feel = Trace(), from_pulses, arc_output, feel
         self._at = Place("", 0)
         self.T_base_flange: FloatArray | None = None
-        self._arc_on, self._in_seam, self._seams, self._touches = False, False, 0, False
+        self._arc_on, self._in_seam, self._is_dry, self._seams, self._touches = False, False, False, 0, False
 
     @property
     def at(self) -> Place:
@@ -113,7 +113,7 @@ class Recorder:
             self._arc_on = does is Does.ON
         elif does in (Does.START, Does.END, Does.STOP, Does.DRY):
             self._in_seam = does is Does.START or (does is Does.DRY and not self._in_seam)
-            self._seams += self._in_seam
+            self._is_dry, self._seams = does is Does.DRY, self._seams + self._in_seam
 
     def output(self, number: Any, value: Any) -> None:
         """Switch the arc, if this output does."""
@@ -137,7 +137,8 @@ class Recorder:
     ) -> None:
         self._touches = False
         start = None if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
-        seam, step = self._seams if self._in_seam else 0, len(self.trace.steps)
+        is_welding = self._in_seam and (self._is_dry or self._arc_on)  # a move that leads to the arc welds nothing
+        seam, step = self._seams if is_welding else 0, len(self.trace.steps)
         self.trace.events.append(Switch(self.at, Does.MOVE))
         self.trace.motions.append(
             Motion(self.at, kind, start, goal, T_flange_tool, via, joints, via_joints, self._arc_on, seam, step)
@@ -158,7 +159,7 @@ class Motion:
     joints: FloatArray | None = None  #: Of the goal, shape (6,), deg, where the program says them.
     via_joints: FloatArray | None = None  #: The same in the middle of an arc.
     arc_on: bool = False
-    seam: int = 0  #: From 1 on in the order of the program; 0 between seams.
+    seam: int = 0  #: From 1 on in the order of the program; 0 between seams, and to where the arc is struck.
     step: int = 0  #: Steps of the program before its end.
 
 

@@ -106,22 +106,19 @@ def _poses(trace: Trace, files: Mapping[str, bytes]) -> Iterator[ProgramPose]:
     """Yield poses; moves to joints have none.
 
     Along a seam are those between its marks. Where the arc is on before the first of them, the weld begins at the one
-    before; an instruction of arc welding leads to its start and then lights the arc.
+    before.
     """
     motions = iter(trace.motions)
-    seam, count, is_dry, lit, found = 0, 0, False, 0, list[ProgramPose]()
+    seam, count, is_dry, found = 0, 0, False, list[ProgramPose]()
     for event in trace.events:
         if event.does is Does.MOVE:
             motion = next(motions)
-            is_lit = is_dry or (motion.arc_on and motion.place.line != lit)
-            if seam and found and not found[-1].seam and is_lit:
+            if seam and found and not found[-1].seam and (is_dry or motion.arc_on):
                 found[-1] = replace(found[-1], seam=seam)
             found += _poses_of(motion, seam, files)
-        elif event.does is Does.ON:
-            lit = event.place.line
         elif event.does in (Does.START, Does.DRY) and not seam:
             count += 1
-            seam, is_dry, lit = count, event.does is Does.DRY, 0
+            seam, is_dry = count, event.does is Does.DRY
         elif event.does in (Does.END, Does.DRY, Does.STOP):
             seam = 0
     yield from found
