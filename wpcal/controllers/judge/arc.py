@@ -31,20 +31,20 @@ def arc_faults(trace: Trace) -> Iterator[tuple[Place, str]]:
 
 
 def _faults(trace: Trace) -> Iterator[tuple[Place, str]]:
-    is_on, in_seam, had_arc, is_begun = False, False, False, False
+    is_on, in_seam, had_arc, led = False, False, False, False
     for event, after in zip(trace.events, [*(each.does for each in trace.events[1:]), Does.STOP], strict=True):
-        does = event.does
-        leads = not is_begun and after is Does.ON
+        does, leads = event.does, after is Does.ON and not (had_arc or led)
         for is_wrong, what in _rules(does, is_on=is_on, in_seam=in_seam, had_arc=had_arc, leads=leads):
             if is_wrong:
                 yield event.place, what
         if does in (Does.START, Does.END, Does.STOP):
             in_seam, is_on = does is Does.START, is_on and does is Does.START
-            had_arc, is_begun = False, False
+            had_arc, led = False, False
         elif does in (Does.ON, Does.OFF):
-            is_on, is_begun = does is Does.ON, True
+            is_on = does is Does.ON
+            had_arc = had_arc or (is_on and not led)
         else:
-            is_begun, had_arc = True, had_arc or is_on
+            had_arc, led = had_arc or is_on, led or leads
 
 
 def _rules(event: Does, *, is_on: bool, in_seam: bool, had_arc: bool, leads: bool) -> tuple[tuple[bool, str], ...]:
