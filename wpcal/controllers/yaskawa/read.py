@@ -43,10 +43,7 @@ def read_inform(text: str, path: str) -> ProgramPoints:
     """
     if VARIABLES.search(text):
         rows = [row for row in variables_of(text) if row.kind == "P" and NONZERO.search("".join(row.cells))]
-        known = ((row, {"POSTYPE": "USER", **row.settings}) for row in rows)  # without settings the frame is unknown
-        return ProgramPoints(
-            tuple(_point(f"P{row.first:03d}", ",".join(row.cells), own, path, row.line) for row, own in known)
-        )
+        return ProgramPoints(tuple(_variable(row, path) for row in rows))
     if not re.search(r"^//POS\b", text, re.MULTILINE):
         raise FormatError("has no section //POS", path=path)
     settings: dict[str, str] = {}
@@ -85,6 +82,11 @@ def variables_of(text: str) -> Iterator[Variables]:
             cells = row["values"].replace(",", " ").split()
             yield Variables(kind, index, cells, number, settings)
             index += 1 if kind == "P" else len(cells)
+
+
+def _variable(row: Variables, path: str) -> ProgramPoint:
+    """Return a position variable; without settings its frame is unknown."""
+    return _point(f"P{row.first:03d}", ",".join(row.cells), {"POSTYPE": "USER", **row.settings}, path, row.line)
 
 
 def _point(name: str, values: str, settings: dict[str, str], path: str, line: int) -> ProgramPoint:
