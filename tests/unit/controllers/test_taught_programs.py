@@ -123,6 +123,9 @@ END teach
 }
 
 
+TURNED = [100, 0, 0, 0, 0, 90]
+
+
 def taught(tmp_path, language, text, **options):
     path = tmp_path / FILES[language]
     path.write_bytes((text.replace("\n", "\r\n") if language == "as" else text).encode("latin-1"))
@@ -134,14 +137,8 @@ def taught(tmp_path, language, text, **options):
     [
         ("rapid", None, "P1 P2", (4, 6), [[80, 10, 80], [1, 2, 3]]),
         ("krl", [100, 0, 0, 90, 0, 0], "P1 P2", (5, 7), [[80, 10, -30.5], [1, 2, 30]]),
-        ("fanuc", [100, 0, 0, 0, 0, 90], "corner P2", (6, 15), [[80, 10, -0.5], [1, 2, 3]]),
-        (
-            "inform",
-            [100, 0, 0, 0, 0, 90],
-            "C00000 C00001 C00002",
-            (9, 12, 13),
-            [[1, 2, 3], [80, 10, -0.5], [100, 0, 0]],
-        ),
+        ("fanuc", TURNED, "corner P2", (6, 15), [[80, 10, -0.5], [1, 2, 3]]),
+        ("inform", TURNED, "C00000 C00001 C00002", (9, 12, 13), [[1, 2, 3], [80, 10, -0.5], [100, 0, 0]]),
         ("as", None, "v1 v2 v3 v1x[1,2]", (17, 18, 19, 20), [[80, 10, -0.5], [100, 0, 0], [1, 2, 3], [7, 8, 9]]),
         ("pdl2", None, "corner Edge", (7, 8), [[98, 1, 3], [79.5, 10, -0.5]]),
     ],
@@ -194,21 +191,11 @@ def test_taught_points_are_read_in_their_frames(tmp_path, language, frame, names
         ("inform", "///USER 3", "///USER 4", "line 12: .*user frame 4, .*give the user frame as 4=X,Y,Z,Rx,Ry,Rz"),
         ("inform", "POSTYPE ROBOT\n///RECTAN", "POSTYPE PULSE\n///PULSE", "line 9: .*is stored as pulses"),
         ("inform", "POSTYPE ROBOT", "POSTYPE MTOOL", "line 9: .*POSTYPE MTOOL"),
-        (
-            "inform",
-            "NPOS 3,0,0,0,0,0\n///TOOL 1\n///POSTYPE ROBOT",
-            "NPOS 3,3,0,0,0,0\n///POSTYPE BASE",
-            "a base axis moves",
-        ),
+        ("inform", "3,0,0,0,0,0\n///TOOL 1\n///POSTYPE ROBOT", "3,3,0,0,0,0\n///POSTYPE BASE", "a base axis moves"),
         ("inform", "1.000,2.000,3.000,180.0000,0.0000", "1.000,2.000,3.000,180.0000", "line 9: .*expected six numbers"),
         ("inform", "//POS", "//NOPOS", "has no section //POS"),
         ("as", "v3 1 2 3 0 180 0 0 180", "v3 1 2 3 0 180", "line 19: v3: expected six numbers"),
-        (
-            "as",
-            "fix 100.000000 0.000000 0.000000 90.000000 0.000000 0.000000\n",
-            "",
-            "the user frame as fix=X,Y,Z,O,A,T",
-        ),
+        ("as", "fix 100.0", "fox 100.0", "the user frame as fix=X,Y,Z,O,A,T"),
         ("as", TAUGHT["as"], "class A {}\n", r"has no \.PROGRAM"),
         ("as", "  LMOVE v3\n", "  LMOVE v3\n  LMOVE v1\n", "is used in the bases fix, null"),
         ("as", "  BASE fix\n  TOOL torch\n  LMOVE v1\n", "  LMOVE v1\n  BASE fix\n", "does not say the base"),
