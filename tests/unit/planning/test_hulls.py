@@ -130,6 +130,15 @@ def test_the_capsule_around_points_holds_them(seed):
     assert np.linalg.norm(points - p - t[:, None] * u, axis=1).max() <= radius + ROUND_OFF_MM
 
 
+def test_round_off_does_not_turn_the_capsule_of_a_round_body():
+    turns = np.linspace(0.0, 2.0 * np.pi, 7, endpoint=False)
+    x = [(20 * np.cos(t), 20 * np.sin(t), h) for t in turns for h in (0, 80)] @ Rotation.random(
+        random_state=0
+    ).as_matrix()
+    p = [capsule_around(x + 1e-13 * np.random.default_rng(seed).normal(size=x.shape))[0] for seed in range(6)]
+    assert np.ptp(p, axis=0).max() < 1e-4
+
+
 def test_flat_hulls_are_refused(cell):
     flat = replace(cell.bench[0], hull=[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
     with pytest.raises(GeometryError, match="table: the corners of its hull are in one plane"):

@@ -198,6 +198,10 @@ def _hull_triangles(points: FloatArray) -> FloatArray:
     return np.asarray(points[ConvexHull(points).simplices], dtype=np.float64)
 
 
+UNEVEN = 1.0 + 1e-7 * np.arange(3.0)
+"""Scales that tell the two equal directions of a round body apart, where otherwise round-off would."""
+
+
 def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
     """Return a capsule that contains points, and so their convex hull.
 
@@ -209,7 +213,7 @@ def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
     Returns `radius`: float. mm.
     """
     x = np.asarray(points, dtype=np.float64)
-    directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=len(x) < 3)[2]
+    directions = np.linalg.svd((x - x.mean(axis=0)) * UNEVEN, full_matrices=len(x) < 3)[2]
     return min((_capsule_along(x, np.roll(directions, -i, axis=0)) for i in range(3)), key=_volume)
 
 
