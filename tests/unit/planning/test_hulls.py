@@ -131,10 +131,8 @@ def test_the_capsule_around_points_holds_them(seed):
 
 
 def test_round_off_does_not_turn_the_capsule_of_a_round_body():
-    turns = np.linspace(0.0, 2.0 * np.pi, 7, endpoint=False)
-    x = [(20 * np.cos(t), 20 * np.sin(t), h) for t in turns for h in (0, 80)] @ Rotation.random(
-        random_state=0
-    ).as_matrix()
+    ring = np.exp(2j * np.pi * np.arange(7) / 7) * 20.0
+    x = [(z.real, z.imag, h) for z in ring for h in (0, 80)] @ Rotation.random(random_state=0).as_matrix()
     p = [capsule_around(x + 1e-13 * np.random.default_rng(seed).normal(size=x.shape))[0] for seed in range(6)]
     assert np.ptp(p, axis=0).max() < 1e-4
 
