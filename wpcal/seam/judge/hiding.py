@@ -65,8 +65,8 @@ def hiding_words(seam: Seam) -> str:
     told = []
     for one in seam.hiding:
         loose = ", which touches nothing," if one.is_loose else ""
-        part = "all of it" if one.length_mm > seam.length_mm - LEAST_FREED_MM else "of it"
-        told.append(f"without {one.solid}{loose} the torch would reach {one.length_mm:.1f} mm, {part}")
+        part = ", all of it" if one.length_mm > seam.length_mm - LEAST_FREED_MM else " of it"
+        told.append(f"without {one.solid}{loose} the torch would reach {one.length_mm:.1f} mm{part}")
     return "".join(f"; {words}" for words in told)
 
 
