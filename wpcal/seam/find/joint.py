@@ -31,7 +31,7 @@ from wpcal.seam.seam import JointType, SeamPieces, WeldType
 OTHER_PLACES = (0.19, 0.81)  #: Where else than in its middle a curved piece is looked at, as shares of its parameter.
 BEVEL_COS = (0.26, 0.97)  #: Between the normals of a bevel and of the surface beside it: 15 to 75 degrees.
 MOST_SIDE_MM = 60.0  #: The sides of a groove are shorter: 50 mm of plate at 30 degrees.
-LEAST_STEP = 0.1  #: Between the surfaces of two plates in one line, as a share of the side of the groove between them.
+MOST_STEP = 0.1  #: Between the surfaces of two plates in one line, as a share of the side of the groove between them.
 EXTENT_HALVINGS = 16  #: Of an extent: from a quarter of it to a few hundred-thousandths.
 EXTENT_SAMPLES = 40
 EXTENT_TOGETHER = 5  #: Points of each face that are compared at once.
@@ -140,7 +140,7 @@ def _are_grooves(graph: BrepGraph, trimmed: TrimmedFaces, at: Sides, is_tee: Boo
     wall_mm, base_mm = np.linalg.norm(to_wall, axis=1), np.linalg.norm(to_base, axis=1)
     grooves &= np.maximum(wall_mm, base_mm) <= MOST_SIDE_MM
     step = np.abs(np.einsum("ki,ki->k", to_wall - to_base, beyond_wall[1]))
-    grooves &= ~is_tee | (step <= LEAST_STEP * wall_mm)
+    grooves &= ~is_tee | (step <= MOST_STEP * wall_mm)
     return np.asarray(grooves & (np.einsum("ki,ki->k", beyond_wall[1], beyond_base[1]) > SAME_PLANE), dtype=bool)
 
 
