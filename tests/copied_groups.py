@@ -61,6 +61,4 @@ def check_same(found: tuple[Seam, ...], wanted: tuple[Seam, ...], within_mm: flo
         np.testing.assert_array_equal(seam.lean_rad, own.lean_rad)
         np.testing.assert_array_equal(seam.pieces.wall, own.pieces.wall)
         np.testing.assert_array_equal(seam.pieces.base, own.pieces.base)
-        assert seam.candidate is not None
-        assert own.candidate is not None
         np.testing.assert_allclose(seam.candidate.middle_mm, own.candidate.middle_mm, rtol=0, atol=within_mm)

@@ -178,7 +178,6 @@ def _sentence(said: Said, place: str, sentence: str) -> None:
 
 def _page(said: Said, page: str) -> None:
     found = re.search(r'id="data">(.*?)</script>', page)
-    assert found is not None
     record = json.loads(found[1])
     _calibration(said, "page", record["calibration"])
     for seam in record["seams"]["seams"] if isinstance(record.get("seams"), dict) else record.get("seams", []):

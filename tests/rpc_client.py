@@ -35,7 +35,6 @@ class RpcClient:
 
     def write(self, line: bytes) -> None:
         """Send a line as it is."""
-        assert self.process.stdin is not None
         self.process.stdin.write(line + b"\n")
         self.process.stdin.flush()
 
@@ -47,7 +46,6 @@ class RpcClient:
 
     def hear(self) -> dict[str, Any]:
         """Return the next line, which must follow its schema."""
-        assert self.process.stdout is not None
         line = self.process.stdout.readline()
         assert line, self.process.communicate()[1].decode()
         message: dict[str, Any] = json.loads(line)
@@ -90,9 +88,6 @@ class RpcClient:
 
     def close(self) -> int:
         """Close standard input and wait for the end."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        assert self.process.stderr is not None
         self.process.stdin.close()
         code = self.process.wait(GONE_S + 3.0)
         self.process.stdout.close()

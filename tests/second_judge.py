@@ -297,7 +297,6 @@ def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[st
     judge, texts, refused = planned(arm, result, folder, languages)
     yield from (Row(part, arm, name, 0, (), refused=why) for name, why in refused.items())
     for name, routines in texts.items():
-        assert judge is not None
         states = [list(judge.states(steps)) for steps in routines]
         contacts = tuple(contact for own in states for contact in judge.contacts(own))
         yield Row(part, arm, name, sum(map(len, routines)), contacts, judge.welded_share(max(states, key=len), result))

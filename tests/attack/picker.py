@@ -42,7 +42,6 @@ def _heed_signals() -> None:
 
 def type_a_row(process: subprocess.Popen[str]) -> http.client.HTTPConnection:
     """Wait for the address of the page, do what the page does when a row was typed, and return its connection."""
-    assert process.stdout is not None
     place = urlsplit(process.stdout.readline().split(" is at ")[1].split()[0])
     change = {"revision": 1, "window": "w", "number": 1, "conflicts": []}
     change["table"] = {"columns": COLUMNS, "rows": [TYPED], "keys": ["a"]}

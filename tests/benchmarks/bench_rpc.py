@@ -41,8 +41,6 @@ class Client:
 
     def ask(self, method: str, /, **params: Any) -> dict[str, Any]:
         """Return the result of a request."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
         self._number += 1
         line = json.dumps({"id": self._number, "method": method, "params": params})
         self._process.stdin.write(line.encode() + b"\n")

@@ -59,7 +59,6 @@ def compared(part: TouchPart, setup: TouchSetup, runs: int = RUNS) -> tuple[floa
     """
     options = TouchOptions(touches=6, setup=setup)
     plan = plan_touches(part, options=options)
-    assert plan.predicted is not None
     simulation = Simulation(setup, options.nominal)
     planned = error_95_mm(simulation.errors(part, plan.searches, runs))
     try:

@@ -87,7 +87,6 @@ class Picker:
         self.process = subprocess.Popen(
             command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
-        assert self.process.stdout is not None
         self.said = self.process.stdout.readline()
         self.url = next((word for word in self.said.split() if word.startswith("http://")), "")
         assert self.url, f"{self.said}{self.process.communicate(timeout=60)[1]}"

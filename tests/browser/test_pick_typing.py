@@ -36,7 +36,6 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     shutil.copy(TEE / "taught.csv", folder)
     command = [sys.executable, "-m", "wpcal", "pick", str(TEE / "tee.step"), "--no-browser"]
     process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout is not None
     said = process.stdout.readline()
     try:
         yield next(word for word in said.split() if word.startswith("http://127.0.0.1:"))

@@ -122,7 +122,6 @@ def hanging_parent(probe: str, function: str, *, death_signal: bool = True) -> t
         f"child.run_in_child('{probe}:{function}', what='hanging', progress=lambda text: print(text, flush=True))\n"
     )
     parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert parent.stdout is not None
     return parent, int(parent.stdout.readline())
 
 

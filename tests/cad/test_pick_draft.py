@@ -205,7 +205,6 @@ for count in range(1, 1_000_000):
 def test_a_server_killed_at_any_moment_leaves_whole_files(out: Path, step: int) -> None:
     """What was kept last, or the change that was on its way, is what the next start shows; it can be saved."""
     with subprocess.Popen([sys.executable, "-c", LOOP, str(out)], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
         for _ in range(7 * step + 1):
             process.stdout.readline()
         os.kill(process.pid, signal.SIGKILL)

@@ -50,7 +50,6 @@ def test_a_hole_is_as_round_as_stated_and_turns_its_normals_inward() -> None:
     on_hole = np.linalg.norm(from_axis, axis=1) < radius + 1.0
     np.testing.assert_allclose(np.linalg.norm(from_axis[on_hole], axis=1), radius, rtol=0, atol=ON_CIRCLE_MM)
     n = solid.normals
-    assert n is not None
     on_wall = on_hole & (np.abs(n[:, 2]) < 0.5)
     assert on_wall.sum() > 2 * 2 * math.pi / ANGLE_RAD
     to_axis = -from_axis[on_wall] / radius

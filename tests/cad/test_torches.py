@@ -78,7 +78,6 @@ def test_under_a_roof_a_bent_neck_gets_where_a_straight_torch_does_not() -> None
     (middle,) = [seam for seam in in_corner(found("straight")) if not seam.accepted]
     assert middle.length_mm > 100.0
     assert middle.blocked_by == ("roof",)
-    assert middle.other_torch is not None
     assert f"{middle.other_torch.name} does, with {middle.other_torch.wire_mm:g} mm of wire" in middle.against[0]
     bent = in_corner(found(middle.other_torch.name))
     assert sum(seam.length_mm for seam in bent if seam.accepted) == pytest.approx(400.0, abs=1e-6)

@@ -338,7 +338,6 @@ def test_errors_that_all_touches_share_are_in_the_predicted_error(
     taught = pair_results(PLAN, _results(PLAN, exact)).taught
     touches = prepare_fit(taught, tee, T_nominal_part=nominal_place(PLAN)).fitted
     assert isinstance(touches, Touches)
-    assert touches.shared is not None
     assert touches.covariances is not None
     truth, rng, covered = PLAN.T_base_part @ MOVED, np.random.default_rng(0), []
     start = Pose.of(touches, truth.R, truth.t_mm)

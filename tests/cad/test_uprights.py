@@ -40,7 +40,6 @@ def truth() -> dict[str, Any]:
 
 
 def test_bodies_are_where_the_truth_has_them(found: WorkpieceCalibration, truth: dict[str, Any]) -> None:
-    assert found.moved is not None
     motions = found.moved.bodies.fit.motions
     T = RigidTransform.from_matrix(truth["T_base_part"], target="base", source="part")
     R, t = motions.poses()

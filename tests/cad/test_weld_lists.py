@@ -140,8 +140,6 @@ def test_the_scorer_counts_as_the_one_of_the_blind_test(name: str, tmp_path: Pat
     path = tmp_path / "seams.json"
     path.write_text(json.dumps({"seams": [{**seam, "accepted": k % 5 > 0} for k, seam in enumerate(seams)]}))
     spec = importlib.util.spec_from_file_location("blind_score", BLIND / "score.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     theirs = module.score(str(truth), str(path), False)
@@ -162,7 +160,6 @@ def test_the_table_the_faults_and_own_lists(tmp_path: Path, capsys: pytest.Captu
     seams = tmp_path / "seams.json"
     seams.write_text(json.dumps({"seams": [made_up_seam("W1", [(0, 0, 99), (9, 0, 99)])]}), encoding="utf-8")
     shown = main(["own", "--lists", str(tmp_path), "--seams", str(seams)])
-    assert shown is not None
     assert shown.row_count == 1
     out = capsys.readouterr().out
     assert "own: missed A" in out

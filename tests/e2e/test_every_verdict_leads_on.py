@@ -135,7 +135,6 @@ def test_where_a_key_reads_the_robot_no_number_of_points_is_too_long(part: str, 
         line = f"teach part.step -o taught.csv --robot kuka:127.0.0.1:{port}"
         words = [sys.executable, "-u", "-m", "wpcal", *line.split()]
         with Popen(words, cwd=tmp_path, stdin=PIPE, stdout=PIPE, stderr=DEVNULL, text=True) as teach:
-            assert teach.stdin is not None
             while name := asked_by(teach):
                 p = person.move_to(name, DAYS[day][1] if count == 1 else 0.0)
                 robot.T_base_tool = RigidTransform(np.eye(3), p, "base", "tool")
@@ -155,7 +154,6 @@ def asked_by(teach: Popen[str]) -> str:
     """Return the feature that is to be touched now; empty when the command has ended."""
     said = ""
     while not (found := re.search(r"^touch (\w+), .*q: end\]$", said, re.MULTILINE)):
-        assert teach.stdout is not None
         letter = teach.stdout.read(1)
         if not letter:
             return ""

@@ -45,7 +45,6 @@ def test_one_call_is_the_whole_story(run_example: Run) -> None:
         [25.0, 64.0, 10.0]
     )
     found = re.search(r"^W3: tee, 150\.0 mm, starts at \(\((.*?)\)", shown, flags=re.MULTILINE)
-    assert found is not None
     assert np.linalg.norm(np.array(found[1].split(","), dtype=float) - begin) < TEACHING_MM
 
 

@@ -91,7 +91,6 @@ def test_sigterm_ends_a_command_like_ctrl_c(tmp_path: Path) -> None:
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert running.stderr is not None
     assert "trials" in running.stderr.readline()
     running.send_signal(signal.SIGTERM)
     printed, errors = running.communicate(timeout=TIMEOUT_S)

@@ -112,7 +112,6 @@ def test_the_picker_and_the_kernels_process_run_no_module_beside_the_files(hosti
         stderr=subprocess.PIPE,
         text=True,
     )
-    assert process.stdout is not None
     assert "is at http" in process.stdout.readline()
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=TIMEOUT_S)

@@ -26,7 +26,6 @@ def tee(tmp_path_factory: pytest.TempPathFactory) -> Planned:
 
 @pytest.mark.parametrize("language", ["krl", "urscript"])
 def test_no_program_of_a_plan_touches_the_part_with_wire_torch_or_links(tee: Planned, language: str) -> None:
-    assert tee.judge is not None
     whole, *alone = tee.routines[language]
     assert len(whole) >= 16
     assert len(alone) == (4 if language == "krl" else 0)
@@ -38,7 +37,6 @@ def test_no_program_of_a_plan_touches_the_part_with_wire_torch_or_links(tee: Pla
 def test_a_program_without_its_retracts_is_found(tee: Planned) -> None:
     (steps,) = tee.routines["urscript"]
     last = {row for row, step in enumerate(steps[:-1]) if step.kind != "J" and steps[row + 1].kind == "J"}
-    assert tee.judge is not None
     found = tee.judge.contacts(tee.judge.states([step for row, step in enumerate(steps) if row not in last]))
     assert {contact.body for contact in found} >= {"nozzle", "wire and floor"}  # a body alone meets the part
 

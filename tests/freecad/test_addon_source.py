@@ -77,10 +77,8 @@ def test_the_zip_file_is_one_folder_with_all_that_freecad_reads(tmp_path: Path) 
     for icon in package.iterfind(".//p:icon", space):
         assert f"WpCal/{icon.text}" in names
     version = re.search(r'__version__ = "(.+)"', (ROOT / "wpcal/core/version.py").read_text(encoding="utf-8"))
-    assert version is not None
     assert package.findtext("p:version", namespaces=space) == version[1]
     license_file = package.find("p:license", space)
-    assert license_file is not None
     assert f"WpCal/{license_file.get('file')}" in names
 
 
@@ -94,7 +92,6 @@ def test_the_published_tree_has_an_address_and_a_maintainer(tmp_path: Path) -> N
     assert urls["repository"] == (who[0], "main")
     assert urls["bugtracker"] == (f"{who[0]}/issues", None)
     maintainer = package.find("p:maintainer", space)
-    assert maintainer is not None
     assert (maintainer.text, maintainer.get("email")) == ("Anna & Co", "anna@host.example")
     assert (tmp_path / "tree" / "freecad" / "wpcal_wb" / "init_gui.py").is_file()
     for wrong in (["http://host.example/a", who[1]], [who[0], "nobody"]):
@@ -108,8 +105,6 @@ HALF_STEP = 0.5 / 255  #: The pages round to whole numbers from 0 to 255.
 def colours() -> ModuleType:
     path = ROOT / "cad/freecad/freecad/wpcal_wb/view/colours.py"
     spec = importlib.util.spec_from_file_location("workbench_colours", path)
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -119,8 +114,6 @@ def test_the_scale_is_that_of_the_pages(colours: ModuleType) -> None:
     source = (ROOT / "wpcal/pages/source/src/colours.js").read_text(encoding="utf-8")
     stops = re.search(r"STOPS = (\[.*?\]);", source, re.DOTALL)
     beyond = re.search(r'BEYOND = "#(\w{6})"', source)
-    assert stops is not None
-    assert beyond is not None
     listed = json.loads(re.sub(r",(\s*\])", r"\1", stops[1]))
     assert listed == [[share, list(colour)] for share, colour in colours.STOPS]
     assert bytes.fromhex(beyond[1]) == bytes(colours.BEYOND)

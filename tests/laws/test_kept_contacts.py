@@ -46,7 +46,6 @@ def test_the_pair_that_came_apart_is_named_with_its_gap_and_no_touch_is_called_w
     for _ in range(RUNS):
         true = lifted(part, held(part, part.drawn(rng)), 3, 3.0)
         found = fitted(part, part.touched(true, SIGMA_MM, rng), true)
-        assert found.contacts is not None
         assert [(each.first, each.second) for each in found.contacts.broken] == [(0, 3)]
         assert abs(found.contacts.broken[0].gap_mm - 3.0) < 1.0
         assert "base and U3 (" in found.contacts_sentence()
@@ -66,7 +65,6 @@ def test_contacts_that_hold_are_not_blamed_and_a_wrong_touch_is_named() -> None:
         off[row] = 8.0 * true.poses()[0][part.body[row]] @ part.n[row]
         for is_off in (0.0, 1.0):
             found = fitted(part, replace(touches, p_base=touches.p_base + is_off * off), true)
-            assert found.contacts is not None
             assert found.contacts.broken == ()
             assert (f"T{row}" in (*found.wrong, *found.doubtful)) == bool(is_off)
         assert found.contacts_sentence().startswith("the touches agree (p = ")

@@ -63,7 +63,6 @@ def test_no_file_of_a_command_says_a_number_as_a_default(folder):
 def test_a_command_takes_the_defaults_of_the_library():
     context = click.Context(wpcal)
     seams = wpcal.get_command(context, "seams")
-    assert seams is not None
     shown = {p.name: p.default for p in seams.params}
     usual = SeamOptions()
     assert (shown["min_length_mm"], shown["join_mm"]) == (usual.min_length_mm, usual.join_mm)

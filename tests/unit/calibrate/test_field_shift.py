@@ -71,7 +71,6 @@ def test_the_shift_is_what_the_touches_expect() -> None:
     pairs = PointPairs(tuple("abcdefghi"), p, p + f, source="part", target="base")
     fit = PointProblem(pairs, TeachingError(sigma_mm=SIGMA_MM, robot=robot)).fit(Criterion.LEAST_SQUARES)
     shift = FieldShift.of(fit.budget, robot)
-    assert shift is not None
     q, at = fit.T.apply(p), fit.T.apply(x)
     c = q.mean(axis=0)
     J, J_at = point_jacobian(q - c).reshape(-1, 6), point_jacobian(at - c).reshape(-1, 6)

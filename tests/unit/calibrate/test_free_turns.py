@@ -60,7 +60,6 @@ def test_a_fit_turns_about_its_free_axis_unless_that_is_the_line_of_what_carries
     q = np.array([[80.0, 0, 0], [-80, 0, 0], [0, 0, 0], [0, 0, 0], *(p[4:] @ turn.T)]) + shift
     on_axis, off_axis = np.array([0.5, 0.5, 0, 0, 0, 0]), np.array([0.25, 0.25, 0.25, 0.25, 0, 0])
     found = least_squares_among_best(p, q, np.eye(3), off_axis)
-    assert found is not None
     np.testing.assert_allclose(found[0], turn, rtol=0, atol=ROUND_OFF)
     np.testing.assert_allclose(found[1], shift, rtol=0, atol=1e-9)
     assert least_squares_among_best(p, q, np.eye(3), on_axis) is None

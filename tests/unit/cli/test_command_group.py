@@ -92,7 +92,6 @@ def test_every_output_is_called_out() -> None:
     context = wpcal.make_context("wpcal", ["--help"], resilient_parsing=True)
     for name in wpcal.list_commands(context):
         command = wpcal.get_command(context, name)
-        assert command is not None
         short = [parameter for parameter in command.params if "-o" in parameter.opts]
         assert all("--out" in parameter.opts for parameter in short), name
 

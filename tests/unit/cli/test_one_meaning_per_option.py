@@ -23,7 +23,6 @@ def options() -> Options:
     with click.Context(wpcal) as context:
         for name in wpcal.list_commands(context):
             command = wpcal.get_command(context, name)
-            assert command is not None
             for parameter in command.params:
                 if isinstance(parameter, click.Option):
                     for flag in parameter.opts:

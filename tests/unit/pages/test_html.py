@@ -49,7 +49,6 @@ def test_hostile_names_stay_data() -> None:
 def test_the_policy_names_exactly_what_the_page_carries() -> None:
     found = Elements(page())
     (policy,) = [attrs["content"] for tag, attrs in found.tags if attrs.get("http-equiv") == "Content-Security-Policy"]
-    assert policy is not None
     assert policy.startswith("default-src 'none'; ")
     assert "unsafe" not in policy
     assert "connect-src" not in policy
@@ -68,7 +67,6 @@ def test_blobs_come_back() -> None:
     found = re.search(
         r'<script type="text/plain" id="blob-part" data-kind="raw">([^<]*)</script>', page(blobs={"part": raw})
     )
-    assert found is not None
     assert zlib.decompress(base64.b64decode(found[1])) == raw
 
 

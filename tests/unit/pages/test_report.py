@@ -37,7 +37,6 @@ def change(path: Path, **changes: Any) -> None:
 
 def frames_of(page: str) -> Any:
     found = re.search(r'id="blob-frames" data-kind="raw">([^<]*)<', page)
-    assert found is not None
     return json.loads(zlib.decompress(base64.b64decode(found[1])))
 
 
@@ -50,7 +49,6 @@ def test_the_page_carries_the_numbers_of_the_files(folder: Path) -> None:
         assert columns["s"] == [round(frame["s_mm"], 4) for frame in seam["frames"]]
         assert columns["position"] == [frame["position"] for frame in seam["frames"]]
     found = re.search(r'id="data">(.*?)</script>', page)
-    assert found is not None
     assert json.loads(found[1])["calibration"] == files.calibration
 
 
@@ -132,6 +130,5 @@ def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
 def test_the_pose_is_there_in_the_notation_of_every_pendant(folder: Path) -> None:
     files = read_result_folder(folder)
     found = re.search(r'id="data">(.*?)</script>', build_report(files.calibration, files.seams))
-    assert found is not None
     T_base_part = RigidTransform.from_matrix(files.calibration["T_base_part"], target="base", source="part")
     assert json.loads(found[1])["pendant"] == {n.maker: n.orientation_text(T_base_part) for n in NOTATIONS}

@@ -68,7 +68,6 @@ def test_the_way_through_a_ladder_is_the_cheapest_of_all(problem, ladder):
 
     best = min(itertools.product(range(5), repeat=4), key=cost)
     path = shortest_path(problem, small, WEIGHTS)
-    assert path is not None
     np.testing.assert_allclose(path.coordinates[0], small.coordinates[small.attitude[0][best[0]]], rtol=0, atol=1e-12)
     np.testing.assert_allclose(path.joints[0], small.joints[0][best[0]], rtol=0, atol=1e-9)
 

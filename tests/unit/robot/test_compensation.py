@@ -66,6 +66,5 @@ def test_the_field_has_the_largest_likelihood(seed: int, smooth_mm: float) -> No
     tried = {(length, ratio): scored(places, errors, length, ratio) for length in LENGTHS_MM for ratio in RATIOS}
     (length, ratio), (_, variance) = max(tried.items(), key=lambda item: item[1][0])
     found = error_field(places, errors)
-    assert found is not None
     expected = [np.sqrt(variance * ratio), length if ratio else found.length_mm, np.sqrt(variance)]
     assert list(found.to_record().values()) == pytest.approx(expected, rel=1e-9)

@@ -65,7 +65,6 @@ def test_names_of_other_things_and_materials(name: str, kind: Kind) -> None:
 )  # fmt: skip
 def test_materials_as_files_write_them(text: str, kind: Kind) -> None:
     hit = read_material(text)
-    assert hit is not None
     assert hit.kind is kind
 
 

@@ -108,7 +108,6 @@ def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
     accepted = [seam for seam in seams if seam.accepted]
     assert len(accepted) == 2
     for seam in accepted:
-        assert seam.lean_rad is not None
         travel = seam.lean_rad[:, 1]
         assert travel.any()  # it leans away from the bar, to one side only
         assert travel.min() >= 0 or travel.max() <= 0
@@ -123,7 +122,6 @@ def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
 def test_the_torch_leans_away_from_a_wall_and_is_straight_elsewhere() -> None:
     seams = {s.name: s for s in saved_seams("crossed-tee") if s.accepted}
     (first,) = [s for s in seams.values() if s.frames.p[-1].tolist() == [80.0, 46.0, 10.0]]  # it ends at the block
-    assert first.lean_rad is not None
     assert first.lean_rad[-1, 1] > 0  # push: the torch stays behind the wire
     assert first.lean_rad[-1, 0] == 0
     assert not first.lean_rad[:-3].any()

@@ -39,7 +39,6 @@ def test_use_says_what_is_fitted_and_what_is_checked(tmp_path: Path) -> None:
     taught = read_taught(written(tmp_path, "name,feature,x_mm,y_mm,z_mm,use", *rows))
     pairs, check = pair_points(taught, FEATURES)
     assert pairs.names == ("a", "b", "d")
-    assert check is not None
     assert check.names == ("c",)
     np.testing.assert_array_equal(check.p_source, CORNERS[[2]])
 

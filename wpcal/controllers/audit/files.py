@@ -20,6 +20,7 @@ from wpcal.controllers.audit.programs import (
     executed_faults,
     require_grammar,
     speed_faults,
+    speeds_of,
 )
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
@@ -100,7 +101,7 @@ class _Audit:
         self.around, self.root, self.is_named = around, root, not root.is_dir()
         self.of_folder: dict[Path, Surroundings] = {}
         self.refused: dict[Path, Fault] = {}
-        self.of_programs: dict[tuple[Path, str], dict[str, list[Fault]]] = {}
+        self.of_programs: dict[tuple[Path, str], tuple[bool, dict[str, list[Fault]]]] = {}
         self.in_step: dict[tuple[Path, str], list[tuple[str, Fault]] | None] = {}
 
     def file(self, path: Path) -> FileAudit | None:
@@ -147,7 +148,8 @@ class _Audit:
         stated = around if around.lines is None else replace(around, part=None)  # poses are executed
         faults = audit_poses(raw, path, stated) if grammar.has_poses(path) else []
         if not faults:
-            faults = self._executed(path, around).get(path.name, [])
+            has_speeds, found = self._executed(path, around)
+            around, faults = replace(around, has_speeds=has_speeds), found.get(path.name, [])
         if result in self.refused and self.root.absolute() not in (result.absolute(), *result.absolute().parents):
             faults = [*faults, self.refused[result]]
         return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
@@ -159,10 +161,13 @@ class _Audit:
         kind = f"program of two robots ({path.suffix.lower()})"
         return FileAudit(str(path), kind, tuple(faults), CHECKED if swept is None else SWEPT)
 
-    def _executed(self, path: Path, around: Surroundings) -> dict[str, list[Fault]]:
-        """Return the faults that show when the programs beside a file are executed, by the names of their files."""
+    def _executed(self, path: Path, around: Surroundings) -> tuple[bool, dict[str, list[Fault]]]:
+        """Return whether a header states speeds, and what shows when the programs beside a file are executed.
+
+        Faults by the names of their files.
+        """
         if (controller := interpreted(path)) is None:
-            return {}
+            return False, {}
         key = path.parent, controller.name
         if key not in self.of_programs:
             files = _files_beside(path, controller)
@@ -181,8 +186,8 @@ class _Audit:
                 idle = that_move(trace.idle, files)
                 _add(found, ((place.file, Fault("NOT CHECKED: the line never runs", place.line)) for place in idle))
             _add(found, arc_faults_of(trace))
-            _add(found, speed_faults(trace, files))
-            self.of_programs[key] = found
+            _add(found, speed_faults(trace, stated := speeds_of(files)))
+            self.of_programs[key] = bool(stated), found
         return self.of_programs[key]
 
     def _in_step(self, path: Path) -> list[tuple[str, Fault]] | None:

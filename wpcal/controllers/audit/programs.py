@@ -35,7 +35,8 @@ from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
 from wpcal.taught.programs import BASE, ProgramPoint
 
-ON_LINE = f"within {OFF_MM:g} mm of their seams, lines no faster than their headers say"
+ON_LINE = f"within {OFF_MM:g} mm of their seams"
+IN_TIME = "lines no faster than their headers say"
 ROUNDED = 1.01  #: A language writes a speed with few digits.
 
 
@@ -56,20 +57,23 @@ class Surroundings:
     lines: tuple[Track, ...] | None = None
     #: Digital output that switches the arc; None for that which the header of a program states.
     arc_output: int | None = None
+    has_speeds: bool = False  #: Whether a header beside the program, or its own, states the largest speeds.
 
     def __str__(self) -> str:
         """Say what is compared."""
         done = ["finite", "rotations", "user frames", *([ON_LINE] if self.lines else [])]
+        done += [IN_TIME] if self.has_speeds else []
+        left = ["speeds of joint moves" if self.has_speeds else "speeds: no header states them"]
         if self.arm is not None:
             done.append(f"inside the reach of {self.arm.name}")
         if self.part is not None:
             done.append(f"executed: out of material with {self.torch}, also between poses")
         if self.in_cell is not None:
             done.append(f"executed: every move of {self.in_cell.cell.arm.name} in its cell, wire and torch included")
-            return ", ".join(done)
-        left = (
-            ["joint moves", "the arm"] if self.part is not None else ["what its instructions do: no result beside it"]
-        )
+        elif self.part is not None:
+            left += ["joint moves", "the arm"]
+        else:
+            left.append("what its instructions do: no result beside it")
         return f"{', '.join(done)}; NOT CHECKED: {', '.join(left)}"
 
 
@@ -118,13 +122,17 @@ def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
     yield from ((place.file, Fault(what, place.line)) for place, what in arc_faults(trace))
 
 
-def speed_faults(trace: Trace, files: Files) -> Iterator[tuple[str, Fault]]:
+def speeds_of(files: Files) -> dict[str, list[float]]:
+    """Return the largest speeds along seams and in the air, mm/s, of the files whose header states them."""
+    return {name: found for name, text in texts_of(files).items() if len(found := stated_speeds(text)) == len(SPEEDS)}
+
+
+def speed_faults(trace: Trace, stated: Mapping[str, Sequence[float]]) -> Iterator[tuple[str, Fault]]:
     """Yield the names of files, and lines and arcs that are faster than their header says, of each speed the first.
 
     Files without such a header are called by one that has it: the largest speeds of all hold. Not moves by the joints,
     whose speed is a share of that of each axis.
     """
-    stated = {name: found for name, text in texts_of(files).items() if len(found := stated_speeds(text)) == len(SPEEDS)}
     largest = [max(each) for each in zip(*stated.values(), strict=True)] or [math.inf, math.inf]
     lines = [(each.place, each.seam > 0) for each in reversed(trace.motions) if each.kind != "J"]
     first = {(at.file, at.speed_mm_s or 0.0, is_weld): at.line for at, is_weld in lines}

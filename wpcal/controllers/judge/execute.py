@@ -69,7 +69,7 @@ def execute(
     )
     interpreter.leader = leader
     for routine in interpreter.entries():
-        recorder.T_base_flange = None
+        recorder.begin()
         _start(interpreter, routine, recorder)
     ran = {(place.file, place.line) for place in recorder.trace.steps}
     recorder.trace.idle = [Place(*one) for one in interpreter.lines() if one not in ran]

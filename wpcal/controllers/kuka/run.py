@@ -34,7 +34,7 @@ from wpcal.controllers.kuka.values import (
 )
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, text_of
-from wpcal.controllers.run.machine import MOST_ELEMENTS, WHOLE_ZONE, ProgramError, entries_of
+from wpcal.controllers.run.machine import MOST_ELEMENTS, WHOLE_ZONE, ProgramError, Run, entries_of
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose
 
@@ -114,6 +114,10 @@ class Interpreter(BlockInterpreter):
         self.has_own_speed = False  #: Whether the data of an arc package state the speed.
         super().__init__(files, *args, **given)
         self.file = ""  # until a routine runs
+
+    def start(self, routine: str) -> Run:
+        self.has_own_speed = False  # whatever the routine before left
+        return super().start(routine)
 
     def load(self, file: str, text: str) -> None:
         self.file = file

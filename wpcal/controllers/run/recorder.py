@@ -39,9 +39,13 @@ class Recorder:
         feel: Callable[[Matrix], Matrix | None] = lambda T_base_tool: T_base_tool,
     ) -> None:
         self.trace, self.from_pulses, self.arc_output, self.feel = Trace(), from_pulses, arc_output, feel
-        self._at = Place("", 0)
+        self._at, self._seams = Place("", 0), 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Let another routine begin: nothing is known of what ran before."""
         self.T_base_flange: FloatArray | None = None
-        self._arc_on, self._in_seam, self._is_dry, self._seams, self._touches = False, False, False, 0, False
+        self._arc_on, self._in_seam, self._is_dry, self._touches = False, False, False, False
 
     @property
     def at(self) -> Place:

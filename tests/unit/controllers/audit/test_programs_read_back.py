@@ -106,11 +106,18 @@ def test_an_audit_finds_a_pose_beside_its_seam(
 @pytest.mark.parametrize(("what", "told"), [("weld", "8 mm/s along a seam: its"), ("air", "100 mm/s in the air: its")])
 @pytest.mark.parametrize("name", WRITERS)
 def test_an_audit_finds_a_line_faster_than_its_header_says(name: str, what: str, told: str, tmp_path: Path) -> None:
-    for file, text in exporter_named(name).write(program()).items():
-        slower = re.sub(rf"({what} speed <= )\d+", r"\g<1>7", str(text), flags=re.IGNORECASE)
-        (tmp_path / file).write_bytes(slower.encode("utf-8"))
-    messages = {fault.message for file in audit_path(tmp_path).files for fault in file.faults}
+    """Where no header says a speed, none is compared, and that is said."""
+    reports = []
+    for put in (r"\g<1>7", "fast"):
+        for file, text in exporter_named(name).write(program()).items():
+            slower = re.sub(rf"({what} speed <= )\d+", put, str(text), flags=re.IGNORECASE)
+            (tmp_path / file).write_bytes(slower.encode("utf-8"))
+        reports.append(audit_path(tmp_path).files)
+    messages = {fault.message for file in reports[0] for fault in file.faults}
     assert [message.startswith(told) for message in messages] == [True]
+    said = [{"lines no faster than" in file.checked for file in files if "program" in file.kind} for files in reports]
+    assert said == [{True}, {False}]
+    assert all("NOT CHECKED: speeds: no header states them" in file.checked for file in reports[1] if file.checked)
 
 
 def test_an_arm_that_does_not_reach_the_part_is_named(tmp_path: Path) -> None:

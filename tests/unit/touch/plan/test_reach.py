@@ -57,7 +57,6 @@ def test_joints_are_those_of_the_searches_and_every_move_is_free(reach: ArmReach
     assert plan.home_joints is not None
     before = plan.home_joints
     for search in plan.searches:
-        assert search.joints is not None
         assert search.via_joints is not None
         T = cell.arm.forward(search.joints) @ cell.T_flange_tool.matrix
         places = plan.T_base_part.apply(np.stack([search.approach, search.start, search.end]))
@@ -98,7 +97,6 @@ def test_an_arm_alone_has_no_floor() -> None:
 def test_the_tool_of_an_arm_is_the_tool_centre_point_and_its_tip_makes_the_searches(golden: Any) -> None:
     place = RigidTransform(np.eye(3), [700.0, -100.0, 150.0], "base", "part")
     cell = ArmAsked(arm="mh6", tool="0,0,350,0,30,0").to_cell(USUAL_TORCH, is_placed=True, standoff_mm=15.0)
-    assert cell is not None
     options = TouchOptions(standoff_mm=15.0)
     reach = ArmReach.of(cell, place, None)
     plan = plan_touches(touch_part("tee"), options=options, T_base_part=place, reach=reach)
