@@ -10,6 +10,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 CHUNK = 20_000  #: Pairs of a tube and a triangle in one array: they stay in the processor's cache.
 ROUND_OFF_MM = 1e-6  #: Of places along the axes of a tube.
+EDGE_ON = 1e-9  #: An axis runs along a triangle of which it sees less than this share of its square: the chords tell.
 LEAST_MM = 1e-12  #: Of a segment seen along the axis of a cone: a shorter one is a point, and its width a jump.
 Radius: TypeAlias = float | tuple[float, float]  #: Of a tube, or of a cone where it begins and where it ends, mm.
 LINES_MM = 4.0  #: Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded.
@@ -198,7 +199,7 @@ def _axis_goes_through(flat: FloatArray, z: FloatArray, low: FloatArray, high: F
         axis=1,
     )
     total = weights.sum(axis=1)
-    real = total != 0.0
+    real = np.abs(total) > EDGE_ON * (flat**2).sum(axis=(1, 2))
     weights = weights / np.where(real, total, 1.0)[:, None]
     height = (weights * z).sum(axis=1)
     return np.asarray(real & (weights >= 0.0).all(axis=1) & (height >= low) & (height <= high), dtype=np.bool_)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.saved_graphs import saved_graph
 from tests.unit.conftest import box_mesh
@@ -23,6 +24,7 @@ ROUND_OFF_MM = 1e-9
 MISCOUNTED = 1e-3
 """Share of rays that may count wrong: those between a curved edge and its polyline, which are up to 0.01 mm apart."""
 UP = np.array([[0.0, 0.0, 1.0]])
+LEANING = np.array([[0.6, 0.0, 0.8]])
 
 
 def exact(name: str) -> ExactMaterial:
@@ -35,20 +37,21 @@ def box_of_triangles(name: str, half: FloatArray, R: FloatArray) -> SolidMesh:
     return replace(box, points=box.points @ R.T)
 
 
-def test_points_in_a_box_of_triangles_are_those_within_its_slabs() -> None:
-    R = rotation_from_zyx(0.4, -0.7, 1.1)
-    material = TriangleMaterial.of(PartMesh((box_of_triangles("box", HALF_MM, R),), 0.1, 0.1))
-    points = np.random.default_rng(3).uniform(-60, 60, (4000, 3))
-    inside = (np.abs(points) < HALF_MM).all(axis=1)
-    found, solid = find_solids_around(material, points @ R.T)
-    assert set(solid.tolist()) == {0}
-    np.testing.assert_array_equal(found, np.flatnonzero(inside))
+def test_points_in_a_box_are_those_within_its_slabs() -> None:
+    R, points = rotation_from_zyx(0.4, -0.7, 1.1), np.random.default_rng(3).uniform(-60, 60, (4000, 3))
+    triangles = TriangleMaterial.of(PartMesh((box_of_triangles("box", HALF_MM, R),), 0.1, 0.1))
+    for material, at in ((triangles, points @ R.T), (exact("sharp-box"), points)):
+        found, solid = find_solids_around(material, at)
+        assert set(solid.tolist()) == {0}
+        np.testing.assert_array_equal(found, np.flatnonzero((np.abs(points) < HALF_MM).all(axis=1)))
 
 
-def test_points_in_a_box_of_faces_are_those_within_its_slabs() -> None:
-    points = np.random.default_rng(3).uniform(-60, 60, (4000, 3))
-    found, _ = find_solids_around(exact("sharp-box"), points)
-    np.testing.assert_array_equal(found, np.flatnonzero((np.abs(points) < HALF_MM).all(axis=1)))
+def test_a_wire_in_the_plane_of_a_face_beside_it_is_free_whatever_the_round_off() -> None:
+    """From the rim of a box, at the end of a seam that ends with the box: it leans over the rim."""
+    for R in Rotation.random(100, rng=7).as_matrix():
+        material = TriangleMaterial.of(PartMesh((box_of_triangles("box", HALF_MM, R),), 0.1, 0.1))
+        tips, back = HALF_MM * [[0.0, -1.0, 1.0]] @ R.T, LEANING @ R.T
+        assert material.tube_solids(tips, back, np.ones(1), np.full(1, 4.0), 1e-3).tolist() == [-1]
 
 
 @pytest.mark.parametrize(("radii_mm", "reach_mm"), [((2.0, 8.0), 6.0909), ((8.0, 2.0), 8.0)])
