@@ -9,7 +9,6 @@ import json
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -136,26 +135,29 @@ def _seams(said: Said, place: str, record: dict[str, Any]) -> None:
     said.add(place, "accepted seams", [seam["name"] for seam in seams if seam["accepted"]])
     said.add(place, "torch", record["torch"]["name"])
     said.add(place, "length of wire", float(record["torch"]["wire_mm"]))
+    said.add(place, "number of accepted seams", sum(seam["accepted"] for seam in seams))
     for seam in seams:
-        for key in ("accepted", "length_mm", "joint", "weld", "confidence", "reachable", "closed"):
-            if key in seam:
-                said.add(place, key, seam[key], seam["name"])
-    worst = [
-        (max(frame["u95_mm"] for frame in seam["frames"]), seam["name"])
-        for seam in seams
-        if seam["accepted"] and isinstance(seam["frames"], list) and "u95_mm" in seam["frames"][0]
-    ]
-    if worst:
-        said.add(place, "error of the worst seam", max(worst)[0])
+        _keys(said, place, seam)
+        if seam["accepted"] and isinstance(seam["frames"], list) and "u95_mm" in seam["frames"][0]:
+            said.add(place, "95 % error", max(frame["u95_mm"] for frame in seam["frames"]), seam["name"])
+
+
+def _keys(said: Said, place: str, seam: dict[str, Any]) -> None:
+    for key in {"accepted", "length_mm", "joint", "weld", "confidence", "reachable", "closed"} & set(seam):
+        said.add(place, key, seam[key], seam["name"])
 
 
 def _calibration(said: Said, place: str, record: dict[str, Any]) -> None:
     judgement, teaching = record["judgement"], record["teaching_error"]
     said.add(place, "verdict", record["verdict"])
     said.add(f"{place}, judgement", "verdict", judgement["kind"])
+    said.add(place, "worst seam", judgement["seam"])
+    said.add(place, "tolerance", record["tolerance_mm"])
     said.add(place, "error of all seams together", judgement["error_95_mm"])
-    if "seam_error_95_mm" in judgement:
-        said.add(place, "error of the worst seam", judgement["seam_error_95_mm"])
+    for row in record["budget"]["seams"]:
+        said.add(f"{place}, budget", "95 % error", row["error_95_mm"], row["seam"])
+        if row["seam"] == judgement["seam"]:
+            said.add(f"{place}, budget", "error of the worst seam", row["error_95_mm"])
     said.add(place, "teaching error", teaching["used_sigma_mm"])
     for row in (record["criteria"] or {"rows": []})["rows"]:
         if row["criterion"] == record["criterion"]:
@@ -166,24 +168,23 @@ def _calibration(said: Said, place: str, record: dict[str, Any]) -> None:
 def _sentence(said: Said, place: str, sentence: str) -> None:
     """Take the numbers out of the sentence of a verdict."""
     for fact, pattern in (
-        ("error of all seams together", r"seams (?:are|together are)? ?(?:all )?within ([0-9.]+[0-9]) mm"),
-        ("error of the worst seam", r"by itself within ([0-9.]+[0-9]) mm"),
-        ("teaching error", r"teaching error (?:of )?([0-9.]+[0-9]) mm"),
+        ("error of all seams together", r"(?:seams are|seam \S+ is) within (\S+) mm|seams together by (\S+) mm"),
+        ("error of the worst seam", r"seam \S+ may be off by (\S+) mm, all"),
+        ("teaching error", r"teaching error (\S+) mm per axis"),
         ("number of accepted seams", r"the ([0-9]+) accepted seams"),
+        ("tolerance", r"tolerance (?:is|of) (\S+) mm"),
     ):
         found = re.search(pattern, sentence)
         if found:
-            said.add(place, fact, Printed(found[1]))
+            said.add(place, fact, Printed(found[1] or found[2]))
 
 
 def _page(said: Said, page: str) -> None:
     found = re.search(r'id="data">(.*?)</script>', page)
     record = json.loads(found[1])
     _calibration(said, "page", record["calibration"])
-    for seam in record["seams"]["seams"] if isinstance(record.get("seams"), dict) else record.get("seams", []):
-        for key in ("accepted", "length_mm", "joint", "weld", "confidence", "reachable"):
-            if key in seam:
-                said.add("page", key, seam[key], seam["name"])
+    for seam in record["seams"]:
+        _keys(said, "page", seam)
 
 
 def _welds(said: Said, out: Path) -> None:
@@ -250,6 +251,7 @@ def _plan(said: Said, out: Path, folder: Path) -> None:
 def _summary(said: Said, place: str, result: dict[str, Any]) -> None:
     said.add(place, "verdict", result["verdict"])
     said.add(place, "error of the worst seam", result["worst_seam_error_mm"])
+    said.add(place, "worst seam", result["worst_seam"])
 
 
 def _folder(said: Said, out: Path) -> None:
@@ -264,9 +266,5 @@ def _folder(said: Said, out: Path) -> None:
 
 def _move_a_point(path: Path) -> None:
     record = json.loads(path.read_text(encoding="utf-8"))
-    next(_accepted(record))["frames"][0]["p_mm"][0] += 1.0
+    next(seam for seam in record["seams"] if seam["accepted"])["frames"][0]["p_mm"][0] += 1.0
     path.write_text(json.dumps(record), encoding="utf-8")
-
-
-def _accepted(record: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    return (seam for seam in record["seams"] if seam["accepted"])

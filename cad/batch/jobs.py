@@ -22,7 +22,7 @@ from cad.batch.job_record import JobInputs, files_read, job_record, put_job_in_p
 from cad.batch.request import calibrate_arguments, read_words, request_options
 from cad.batch.seams_asked import SeamsAsked
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, key_of, user_cache
-from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
+from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files, worst_seam_error_mm
 from cad.workpiece.means import Means
 from cad.workpiece.seams import find_seams
 from cad.workpiece.step_file import StepFile, draw_part
@@ -194,19 +194,13 @@ def files_of_options(words: Sequence[str], part: str, taught: str) -> tuple[str,
 def result_of(written: WrittenCalibration | WorkpieceCalibration) -> dict[str, Any]:
     """Return the numbers of a calibration that the summary lists; lengths in mm, angles in degrees."""
     result = written.result
-    errors = [
-        (float(u95.max()), seam.name)
-        for seam, u95 in zip(written.seams, written.u95_mm, strict=True)
-        if seam.accepted and len(u95)
-    ]
-    worst_mm, worst_seam = max(errors, key=lambda each: each[0], default=(None, None))
     return {
         "verdict": result.verdict,
         "worst_residual_mm": result.largest_mm,
         "worst_point": result.worst,
         "objective_mm": result.objective_mm,
         "bound_mm": result.lower_bound_mm,
-        "worst_seam_error_mm": worst_mm,
-        "worst_seam": worst_seam,
+        "worst_seam_error_mm": worst_seam_error_mm(written),
+        "worst_seam": result.judgement.seam or None,
         "pose": result.T_base_part.to_record(),
     }

@@ -76,15 +76,15 @@ class WorkpieceCalibration:
     def __repr__(self) -> str:
         """Say verdict, pose and worst seam in a few lines."""
         x, y, z = self.T_base_part.t_mm
-        worst = max(zip(self.u95_mm, self.seams, strict=True), key=lambda pair: pair[0].max(initial=0.0), default=None)
+        worst_mm = worst_seam_error_mm(self)
         lines = [
             f"{self.result.verdict}: {self.workpiece.size}, {counted(len(self.taught.names), 'point')}",
             f"origin of the part in base: {x:.3f}, {y:.3f}, {z:.3f} mm",
             f"largest residual {self.result.largest_mm:.3f} mm",
             f"{counted(len(self.seams), 'seam')} of {counted(len(self.candidates), 'candidate')}",
         ]
-        if worst is not None:
-            lines.append(f"worst seam {worst[1].name}: {worst[0].max(initial=0.0):.3f} mm with 95 %")
+        if worst_mm is not None:
+            lines.append(f"worst seam {self.result.judgement.seam}: {worst_mm:.3f} mm with 95 %")
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -205,6 +205,14 @@ class WrittenCalibration:
     record: dict[str, Any]  #: The record of ``calibration.json``.
     files: tuple[str, ...]  #: Names of the files written.
     notes: tuple[Issue, ...] = ()  #: What is odd about the part, and what went wrong with writing.
+
+
+def worst_seam_error_mm(found: WorkpieceCalibration | WrittenCalibration) -> float | None:
+    """Return the largest 95 % error of the seam that the verdict names; None without accepted seams."""
+    errors = (
+        own for seam, own in zip(found.seams, found.u95_mm, strict=True) if seam.name == found.result.judgement.seam
+    )
+    return next((float(own.max()) for own in errors), None)
 
 
 def calibrate_files(

@@ -14,7 +14,7 @@ const SEAMS = [
 ];
 const ANSWER = {
   verdict: "UNSURE",
-  judgement: { sentence: "seam W1 may be off by 0.5 mm: touch V3 as well" },
+  judgement: { seam: "W1", sentence: "seam W1 may be off by 0.5 mm: touch V3 as well" },
   tolerance_mm: 0.4,
   points: [
     { name: "A", distance_mm: 0.1 },

@@ -192,8 +192,9 @@ class TaughtPointsPanel(TaskPanel):
         points = fit["points"]
         self.table.show_residuals({one["row"]: one["distance_mm"] for one in points if one["row"] is not None})
         self._show_residuals(points)
-        worst = max((one for one in fit["u95_mm"] if one["accepted"]), key=lambda one: one["max_mm"], default=None)
-        lines = [f"{fit['record']['verdict']}: {fit['record']['judgement']['sentence']}"]
+        judgement = fit["record"]["judgement"]
+        worst = next((one for one in fit["u95_mm"] if one["seam"] == judgement["seam"]), None)
+        lines = [f"{judgement['kind']}: {judgement['sentence']}"]
         if worst is not None:
             text = translate("largest 95 % error of a seam: {mm:.2f} mm at {name}")
             lines.append(text.format(mm=worst["max_mm"], name=worst["seam"]))

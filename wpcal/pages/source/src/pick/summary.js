@@ -57,7 +57,7 @@ export function gauges(answer, seams) {
   if (!answer) return [];
   const { points, tolerance_mm: tolerance } = answer;
   const point = points.reduce((worst, one) => (one.distance_mm > (worst?.distance_mm ?? -1) ? one : worst), null);
-  const worst = worstOfSeams(answer, seams).sort((a, b) => b.mm - a.mm)[0];
+  const worst = worstOfSeams(answer, seams).find(({ seam }) => seam.name === answer.judgement.seam);
   return [
     point && gauge("largest residual", point.distance_mm, tolerance, `at ${point.name}`),
     worst && gauge("largest 95 % error of a seam", worst.mm, tolerance, `on ${worst.seam.name}`),

@@ -8,17 +8,17 @@ function worstPoint(points) {
   return points.reduce((worst, point) => (point.distance_mm > worst.distance_mm ? point : worst));
 }
 
-function worstSeam(seams, frames) {
-  const of = (row) => (frames[row].u95 && seams[row].accepted ? Math.max(...frames[row].u95) : -1);
-  const rows = seams.map((_, row) => row).sort((a, b) => of(b) - of(a));
-  return rows.length && of(rows[0]) >= 0 ? { name: seams[rows[0]].name, u95: of(rows[0]) } : null;
+/** The seam that the verdict names. */
+function worstSeam({ judgement }, seams, frames) {
+  const row = seams.findIndex(({ name, accepted }) => accepted && name === judgement?.seam);
+  return frames[row]?.u95 ? { name: seams[row].name, u95: Math.max(...frames[row].u95) } : null;
 }
 
 export function verdict(calibration, seams, frames) {
   const { tolerance_mm: tolerance, points, inputs = {} } = calibration;
   const point = worstPoint(points);
   const where = calibration.suspect ? null : `at ${point.name}`; // a wrong point makes residuals at right ones, too
-  const seam = worstSeam(seams, frames);
+  const seam = worstSeam(calibration, seams, frames);
   const accepted = seams.filter((one) => one.accepted);
   const length = accepted.reduce((sum, one) => sum + one.length_mm, 0);
   const checked = points.filter(({ use }) => use === "check").length;
