@@ -1,7 +1,5 @@
 """Joints with a constant gap above the usual one are found where they are without a gap; nothing else changes."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from build123d import Box, Plane, Polyline, Pos, extrude, make_face, mirror
@@ -42,7 +40,6 @@ def accepted(graph: BrepGraph, options: SeamOptions | None = None) -> list[Seam]
     return [seam for seam in detect_seams(graph, options) if seam.accepted]
 
 
-@cache
 def without_gap(name: str) -> list[Seam]:
     return accepted(PARTS[name](0.0))
 

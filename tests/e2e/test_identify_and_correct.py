@@ -33,25 +33,6 @@ def write(path, rows, header=HEADER):
     return path
 
 
-def test_measured_poses_become_a_better_arm(tmp_path, capsys, rows):
-    out = tmp_path / "out"
-    code, text, _ = wpcal(capsys, "identify", "mh6", write(tmp_path / "poses.csv", rows), "-o", out)
-    assert code == 0
-    assert "IMPROVED" in text
-    assert sorted(file.name for file in out.iterdir()) == [
-        "errors.png",
-        "identification.json",
-        "identified.json",
-        "parameters.png",
-    ]
-    record = json.loads((out / "identification.json").read_text())
-    assert record["verdict"]["improved"]
-    assert record["rank"] == record["asked"] == 24
-    d1 = next(row for row in record["parameters"] if row["name"] == "d1")
-    assert abs(d1["change"] - 2.0) < 3 * d1["half_width_95"] < 0.5
-    assert read_arm(out / "identified.json").space.value == "identified"
-
-
 @pytest.mark.deep
 def test_the_published_solver_draws_its_fitness(tmp_path, capsys, rows):
     poses = write(tmp_path / "poses.csv", rows)

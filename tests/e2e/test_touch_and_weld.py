@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from tests.coverage_study import error_95
 from tests.few import few
@@ -90,23 +89,6 @@ def test_a_displaced_part_is_welded_where_it_is(part, standoff_mm, brand, jobs, 
         run, welded = job.run(brand, moved, tmp_path)
         assert run.is_finished
         assert job.errors_mm(brand, welded, moved).max() < EXACT_MM[part]
-
-
-@pytest.mark.parametrize(
-    ("file", "pose", "turn"),
-    [
-        ("rapid/WPCAL_touch.mod", "wpt", lambda v: Rotation.from_quat(v[[1, 2, 3, 0]])),
-        ("krl/WPCAL_touch.dat", "E6POS WPT_", lambda v: Rotation.from_euler("ZYX", v[:3], degrees=True)),
-    ],
-)
-def test_programs_state_the_tool_centre_point_and_the_tip_is_where_the_plan_has_it(file, pose, turn, jobs):
-    job, points = jobs("tee", 15), {"A": "approach", "S": "start", "E": "end", "R": "retract"}
-    stated = re.findall(rf"{pose}(T\d)_([ASER]):?=(.*)", (job.programs / file).read_text())
-    assert len(stated) == 4 * len(job.plan.searches)
-    for name, mark, values in stated:
-        numbers = np.array(re.findall(r"-?\d+\.\d+", values), dtype=float)
-        tip = numbers[:3] + 15.0 * turn(numbers[3:]).as_matrix()[:, 2]
-        np.testing.assert_allclose(tip, getattr(job.plan.search(name), points[mark]), rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -80,31 +80,6 @@ def error_of_part(planned, part, out, moved):
     return np.linalg.norm(points @ (T - true)[:3, :3].T + (T - true)[:3, 3], axis=1).max()
 
 
-@pytest.mark.parametrize("brand", few(BRANDS, 1))  # `test_touch_programs` runs all, without the calibration
-@pytest.mark.parametrize("part", few(FOUND_MM, 1))
-def test_the_place_is_found_to_the_stored_digits(part, brand, planned, tmp_path):
-    ran = run(planned, part, brand, TURNED, tmp_path / "results")
-    assert ran.run.is_finished
-    assert ran.run.stops == []
-    ended = calibrate(planned, part, ran.results, tmp_path / "out")
-    assert ended.returncode in {0, 1}, ended.stderr
-    assert error_of_part(planned, part, tmp_path / "out", TURNED) < FOUND_MM[part]
-    record = json.loads((tmp_path / "out" / "calibration.json").read_text())
-    assert record["searches"]["left_out"] == []
-    assert record["verdict"] != "FAIL"
-
-
-def test_the_error_of_the_seams_is_that_of_the_plan(planned, tmp_path):
-    """The stick-out of all touches is wrong by the same length, in the plan and in the fit."""
-    ran = run(planned, "tee", "rapid", ((0.0, 0.0, 0.0),), tmp_path / "results")
-    calibrate(planned, "tee", ran.results, tmp_path / "out")
-    plan = json.loads(planned("tee")[0].read_text())["predicted"]
-    seams = json.loads((tmp_path / "out" / "seams.json").read_text())["seams"]
-    found = {seam["name"]: max(frame["u95_mm"] for frame in seam["frames"]) for seam in seams}
-    for each in plan["by_seam"]:
-        assert found[each["seam"]] == pytest.approx(each["error_95_mm"], rel=0.15)
-
-
 @pytest.mark.parametrize("brand", few(BRANDS, 2))
 def test_missed_searches_are_told(brand, planned, tmp_path):
     """The part is too low: searches from above and at the upper borders of faces end above it."""

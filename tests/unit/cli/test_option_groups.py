@@ -1,7 +1,7 @@
 """Options of one subject reach a command as one typed value; a field says everything about each; numbers."""
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from enum import Enum
 
 import click
@@ -14,7 +14,7 @@ from wpcal.cli.number_options import with_strict_numbers
 from wpcal.cli.option_groups import command, option_names, takes
 from wpcal.cli.torch_options import TorchAsked
 from wpcal.core.errors import InputError
-from wpcal.core.options import OPTION, group, opt, opt_deg
+from wpcal.core.options import group, opt, opt_deg
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import SeamOptions
 
@@ -87,17 +87,6 @@ def test_the_default_torch_of_the_options_is_the_one_that_is_assumed_everywhere(
         click.echo(shape.to_shape())
 
     assert CliRunner().invoke(torch).output.strip() == str(USUAL_TORCH)
-
-
-@pytest.mark.parametrize("each", [each for each in (*fields(Outer), *fields(Inner)) if OPTION in each.metadata])
-def test_a_changed_default_of_a_field_changes_the_help(each, monkeypatch):
-    changed = {float: 7.0, bool: True, Word: Word.HARD, tuple: (5.0, 6.0)}.get(type(each.default))
-    if each.name in {"names", "is_loud"}:  # switched on by typing: the help says no default
-        return
-    monkeypatch.setattr(each, "default", changed)
-    words = {"depth_mm": "7.0", "lean_rad": "401.07", "word": "hard", "ends": "5,6"}[each.name]
-    fresh = command()(takes("outer", Outer)(lambda outer: None))
-    assert f"[default: {words}" in fresh.get_help(click.Context(fresh))
 
 
 NO_NUMBERS = ["nan", "inf", "1e400", "2e9", "81_2", "１２", "true", ""]

@@ -264,18 +264,6 @@ def test_a_digital_output_switches_the_arc(exported, language, on, off):
     assert codes == [1, 0, 1]
 
 
-def test_every_bead_and_every_stitch_has_an_arc_of_its_own(exported):
-    stitch = {"length_mm": 20, "pitch_mm": 50}
-    ended, folder = exported("rapid", "--arc", "on", leg_mm=12, stitch=stitch, travel_angle_deg=10)
-    assert ended.returncode == 0, ended.stderr
-    text = (folder / "WPCAL.mod").read_text()
-    assert re.findall(r"ArcLStart (\w+)_0001", text) == [f"W1_p{p}_s{s}" for p in (1, 2, 3) for s in (1, 2)]
-    dry, other = exported("rapid", leg_mm=12, stitch=stitch, travel_angle_deg=10)
-    targets = [re.findall(r"robtarget .*", each) for each in (text, (other / "WPCAL.mod").read_text())]
-    assert dry.returncode == 0
-    assert targets[0] == targets[1]  # a dry run has the same poses
-
-
 WEAVES = {"shape": "zigzag", "width_mm": 4, "length_mm": 4}
 
 

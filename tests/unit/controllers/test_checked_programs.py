@@ -23,7 +23,6 @@ from wpcal.controllers.program.air_moves import LARGEST_TURN_RAD, AirSettings, T
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.controllers.registry import exporter_named
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.planning.cell.segments import segment_triangle_distances
 from wpcal.results.folder import read_finished
 from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
@@ -253,20 +252,6 @@ def points_on(corners, count):
     """Return points on triangles, shape (n, m, 3), with so many steps along each side."""
     i, j = np.array([(i, j) for i in range(count + 1) for j in range(count + 1 - i)]).T[..., None] / count
     return corners[:, :1] + i * (corners[:, 1:2] - corners[:, :1]) + j * (corners[:, 2:] - corners[:, :1])
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_distances_are_those_of_a_cloud_of_points(seed):
-    rng = np.random.default_rng(seed)
-    n = 200
-    starts, ends, corners = rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), rng.normal(size=(n, 3, 3))
-    on, span = points_on(corners, 40), ends - starts
-    t = np.clip(((on - starts[:, None]) * span[:, None]).sum(-1) / (span**2).sum(-1)[:, None], 0, 1)
-    expected = np.linalg.norm(on - starts[:, None] - t[..., None] * span[:, None], axis=2).min(axis=1)
-    found = segment_triangle_distances(starts, ends, corners)
-    step = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) / 40
-    assert (found <= expected + 1e-9).all()
-    assert (found >= expected - step).all()
 
 
 @pytest.mark.parametrize("radius", [8.0, (3.5, 9.0), (9.0, 5.0)], ids=["tube", "cone", "cone backwards"])

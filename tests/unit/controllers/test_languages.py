@@ -1,7 +1,6 @@
 """What each language asks for; `test_program_text` reads the programs back."""
 
 import re
-import xml.etree.ElementTree as ET
 from dataclasses import replace
 
 import pytest
@@ -152,21 +151,6 @@ def test_an_output_switches_the_arc_or_routines_of_the_user(make_program):
 
 DATA = "{http://www.staubli.com/robotics/VAL3/Data/2}"
 PROGRAM = "{http://www.staubli.com/robotics/VAL3/Program/2}"
-
-
-def test_the_program_goes_along_the_seam_and_keeps_the_configuration(make_program):
-    files = write_val3(make_program(n=5, names=("a]]>b", "W1")))
-    code = ET.fromstring(files["start.pgx"].encode()).find(f".//{PROGRAM}Code").text
-    data = {element.get("name"): element for element in ET.fromstring(files["WPCAL.dtx"].encode()).iter(f"{DATA}Data")}
-    assert "a]] >b -> a_b" in code
-    order = re.findall(r"move[jl]\(W1\[(\w+)\]|// (ARC \w+)\n|for nPoint=(\d to \d)", code[code.index("movej(W1") :])
-    assert order == [
-        ("0", "", ""), ("1", "", ""), ("", "ARC ON", ""), ("", "", "2 to 3"), ("nPoint", "", ""), ("", "ARC OFF", ""),
-        ("4", "", ""),
-    ]  # fmt: skip
-    assert {value.get("shoulder") for value in data["W1"]} == {"ssame"}
-    assert "declare the tool tTorch" in code
-    assert "tTorch" not in data
 
 
 def test_no_two_names_of_val3_and_urscript_differ_by_capitals_only(make_program):

@@ -100,19 +100,6 @@ def test_a_seam_whose_moves_are_not_free_keeps_nearer_to_the_plan(sequence, give
     assert [path.moves.most_mm for path in program.paths] == [0.0125, 0.05, 0.05]
 
 
-def test_rapid_has_two_targets_for_a_straight_seam_and_all_axes(dry):
-    text = dry[1]["rapid"]
-    weld = re.findall(r"! ARC ON\r\n(.*?)! ARC OFF", text, re.DOTALL)
-    assert [block.count("Move") for block in weld] == [1, 1, 1]
-    assert text.count("MoveL") == 9  # start, weld and retract of three runs
-    assert sorted(re.findall(r"MoveAbsJ (\w+)", text)) == sorted(re.findall(r"jointtarget (\w+):=", text))
-    targets = re.findall(r"robtarget \w+:=\[\[([^\]]*)\],\[([^\]]*)\],\[([^\]]*)\],\[([^\]]*)\]\]", text)
-    assert len(targets) == 9
-    for _, _, conf, outer in targets:
-        assert len(conf.split(",")) == 4
-        assert outer.count("9E+09") == 4  # two axes of the positioner
-
-
 def test_between_the_frames_of_a_seam_a_program_turns_the_torch_as_planned(sequence, given):
     plan = KeptPlan.of(sequence)
     piece, *rest = plan.pieces
@@ -144,17 +131,6 @@ def test_krl_states_status_turn_and_external_axes(dry):
     assert sorted(re.findall(r"PTP (WPJ\w+)", text)) == sorted(axes)
     assert text.index("RUN IT") < text.index("PTP WPJ")
     assert "BASE_DATA" not in text  # the part turns: the points are in the base of the robot
-
-
-def test_fanuc_has_joints_in_the_air_and_config_on_the_seams(dry):
-    program, texts = dry
-    text = texts["fanuc"]
-    assert text.count("CONFIG :") == 9
-    air = sum(map(len, program.planned.legs))
-    assert len(re.findall(r"GP2:", text)) == air + 9
-    assert len(re.findall(r":J P\[\d+\] 50% FINE", text)) == air
-    assert "UF : 0" in text
-    assert text.count("DEFAULT_GROUP = 1,1,*,*,*;") == 7
 
 
 def test_fanuc_goes_to_joints_along_a_seam_where_no_source_says_the_config(dry, monkeypatch):

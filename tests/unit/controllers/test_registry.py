@@ -2,7 +2,6 @@
 
 import sys
 import textwrap
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +18,8 @@ from wpcal.controllers.program.two_robots import possible_programs, sync_languag
 from wpcal.controllers.registry import CONTROLLERS, controller_of_file
 from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError, InputError
-from wpcal.formats import exporter_named, exporter_names
+from wpcal.formats import exporter_names
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.taught.programs import ProgramReader
 
 FOLDER = {
     "__init__.py": """
@@ -135,19 +133,6 @@ def test_a_new_controller_writes_programs_of_two_robots():
     assert write_programs(program, ["acme"]) == {"W1_R1.acme": "4", "W1_R2.acme": "4"}
     files, _ = possible_programs(program)
     assert {"W1_R1.acme", "WPCAL_R1.mod"} <= set(files)
-
-
-def test_every_controller_of_wpcal_loads_what_it_names(make_program):
-    program, mine = make_program(), [entry for entry in entry_points(group=CONTROLLERS) if entry.dist.name == "wpcal"]
-    assert {entry.name for entry in mine} == {"as", "fanuc", "inform", "krl", "pdl2", "rapid", "urscript", "val3"}
-    for controller in controllers():
-        assert exporter_named(controller.name) == controller
-        assert controller.write(program)
-        if controller.reader is not None:
-            assert isinstance(controller.load_reader(), ProgramReader)
-            assert all(controller_of_file(Path(f"x{suffix.upper()}")) == controller for suffix in controller.suffixes)
-        if controller.sync_writer is not None:
-            assert controller.write_sync(two_robots())
 
 
 def test_what_a_controller_cannot_do_is_refused():

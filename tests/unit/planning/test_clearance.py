@@ -19,18 +19,6 @@ def random_state(n, seed=0, spread=1.5):
     return np.concatenate([rng.uniform(-spread, spread, (n, 6)), rng.uniform(-spread, spread, (n, 6))], axis=1)
 
 
-def test_every_pair_by_least_squares_gives_the_same_least_margin(cell, slow_margins, golden):
-    state = random_state(4)
-    found = capsule_clearance(cell, state)
-    for i in range(len(state)):
-        margins, pairs = slow_margins(cell, state[i, :6], state[i, 6:])
-        assert abs(found.margin_mm[i] - margins.min()) < SOLVER_MM
-        assert found.nearest(i) == pairs.names(int(np.argmin(margins)))
-        safety = pairs.safety_mm[found.pair[i]]
-        np.testing.assert_allclose(found.distance_mm[i] - safety, found.margin_mm[i], rtol=0, atol=ROUND_OFF_MM)
-    golden(found)
-
-
 def test_a_state_has_one_answer_alone_and_among_many(cell):
     state = random_state(STATES + 3)
     together = capsule_clearance(cell, state)

@@ -118,12 +118,6 @@ def test_the_height_of_an_area_is_the_inverse_of_the_area_below_a_height(section
     assert section.area_below(section.height_of(share * section.area_mm2)) == pytest.approx(share * section.area_mm2)
 
 
-@pytest.mark.parametrize("passes", [0, 201])
-def test_a_number_of_passes_that_no_weld_has_is_refused(passes):
-    with pytest.raises(InputError, match="expected 1 to 200"):
-        place_beads(Section(4.0, 1.0), passes)
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.floats(1.0, 60.0), st.floats(0.0, 100.0), st.floats(61.0, 5000.0), st.booleans())
 def test_stitches_have_the_lengths_that_were_asked_and_the_same_free_at_both_ends(length, free, seam, closed):
