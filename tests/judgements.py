@@ -246,6 +246,9 @@ def _plan(said: Said, out: Path, folder: Path) -> None:
         lengths[row["seam"]] += row["to_mm"] - row["from_mm"]
     for name, length_mm in lengths.items():
         said.add("plan", "length_mm", length_mm, name)
+    said.add("plan", "a folder as planned is clean", True)
+    audited = json.loads(run_here("audit", folder / "plan", "--json").stdout)
+    said.add("audit", "a folder as planned is clean", audited["faults"] == 0)
 
 
 def _summary(said: Said, place: str, result: dict[str, Any]) -> None:

@@ -116,8 +116,9 @@ def _run(placed: Sequence[Placed], lines_near: Callable[[FloatArray], Sequence[T
     T = np.concatenate([poses for _, poses in placed])
     found = [(each, *cKDTree(each.p).query(T[:, :3, 3])) for each in lines_near(T[:, :3, 3])]
     line, _, at = min(found, key=lambda one: float(np.median(one[1])))
-    if line.is_planned:
-        at[[0, -1]] = 0, len(line.p) - 1  # it is welded from end to end
+    if line.is_planned:  # it is welded from end to end, and a ring has both ends at one place
+        for tips, rows, end in ((T[:, :3, 3], at, 0), (T[::-1, :3, 3], at[::-1], len(line.p) - 1)):
+            rows[: max(int(np.argmax(np.linalg.norm(tips - tips[0], axis=1) > STEP_MM)), 1)] = end
     off = np.einsum("nij,ni->nj", line.R[at], T[:, :3, 3] + line.back_mm * T[:, :3, 2] - line.p[at])
     wire = np.einsum("nij,ni->nj", line.R[at], T[:, :3, 2])
     motions = [motion for motion, poses in placed for _ in poses]

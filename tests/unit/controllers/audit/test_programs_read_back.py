@@ -5,14 +5,18 @@ import shutil
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.running import run_here
 from tests.unit.conftest import CONFIGURATIONS
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit import audit_path
+from wpcal.controllers.audit.off_line import Track, off_line_faults
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings, WeldProgram, build_program
 from wpcal.controllers.program.checked_program import check_program
@@ -101,6 +105,19 @@ def test_an_audit_finds_a_pose_beside_its_seam(
     assert all(fault.line and "of a straight torch of 300 mm" in fault.message for fault in faults[:-1])
     for fault in faults[-1:]:
         assert re.fullmatch(rf"the wire is {off} mm off the line of {path.seam.name}", fault.message)
+
+
+def test_a_ring_that_ends_with_another_lean_than_it_begins_keeps_to_its_line() -> None:
+    """INFORM says the start of an arc once more: several poses are there, and the end is as near as the start."""
+    T = np.tile(np.eye(4), (120, 1, 1))
+    turn = np.linspace([0.0, 0.0, 0.0], [0.2, 0.0, 2.0 * np.pi], 120)
+    T[:, :3, 3] = 12.5 * Rotation.from_rotvec(turn * [0, 0, 1]).as_matrix()[:, :, 0]
+    T[:, :3, :3] = Rotation.from_rotvec(turn * [1, 0, 0]).as_matrix()
+    begin = T[[0, 0, 0]]
+    begin[:, 1, 3] -= 1e-9
+    line = Track.dense("W1", T[:, :3, 3], T[:, :3, :3], is_planned=True)
+    placed: list[Any] = [(SimpleNamespace(seam=1), each) for each in (begin, T)]
+    assert [*off_line_faults(placed, [line])] == []
 
 
 @pytest.mark.parametrize(("what", "told"), [("weld", "8 mm/s along a seam: its"), ("air", "100 mm/s in the air: its")])
