@@ -24,7 +24,7 @@ sys.path.insert(0, str(HERE))  # the sample and probe modules beside the tests
 SEARCHES = (
     *("flare_grooves", "prepared_edges", "flush_sides", "one_piece", "tube_frames", "members", "said_members"),
     *("drawn_beads", "wide_gaps", "line_contacts", "not_welded", "held_fast", "same_room", "small_feet", "crumbs"),
-    *("sides", "play", "marked_seams", "closed_in", "copied_groups", "bodies_shown", "uprights"),
+    *("sides", "play", "marked_seams", "closed_in", "copied_groups", "bodies_shown"),
 )
 """Tests whose searches on parts of their own are golden as a whole, beside what each test says of them."""
 

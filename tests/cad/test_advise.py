@@ -148,28 +148,6 @@ def test_what_cannot_be_advised(sample: Sample, options: AdviseOptions, error: t
         advise_points(sample("tee")[0], options=options, seam_options=SeamOptions())
 
 
-@pytest.mark.deep
-def test_a_seam_that_a_person_chose_counts_as_if_it_were_named(wpcal: Callable[..., Any], tmp_path: Path) -> None:
-    def said(*arguments: Path | str) -> dict[str, Any]:
-        done = wpcal(*arguments, "--json")
-        assert done.returncode == 0, done.stderr
-        record: dict[str, Any] = json.loads(done.stdout)
-        return record
-
-    tee = FIXTURES / "tee" / "tee.step"
-    named = said("advise", tee, "--only", "W2")
-    seams = said("seams", tee)
-    for seam in seams["seams"]:
-        seam["edit"] = {"accept" if seam["name"] == "W2" else "reject": True}
-    edited = tmp_path / "edited.json"
-    edited.write_text(json.dumps(seams), encoding="utf-8")
-    (web,) = (seam for seam in seams["seams"] if seam["name"] == "W2")
-    middle = web["frames"][len(web["frames"]) // 2]["p_mm"]
-    assert said("advise", tee, "--seams", edited)["chosen"] == named["chosen"]
-    picked = said("advise", tee, "--edge", ",".join(map(str, middle)))
-    assert picked["chosen"]["error_95_mm"] == pytest.approx(named["chosen"]["error_95_mm"], rel=0, abs=SIMULATED_MM)
-
-
 def test_the_command_writes_a_file_to_fill_in(wpcal: Callable[..., Any], tmp_path: Path) -> None:
     out = tmp_path / "taught_template.csv"
     command = ("advise", FIXTURES / "tee" / "tee.step", "-o", out, "--json")

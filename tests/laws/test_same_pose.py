@@ -166,32 +166,6 @@ def test_no_other_optimum_has_a_smaller_sum_of_squares(
 
 
 @pytest.mark.deep
-def test_the_turn_about_the_line_ends_in_the_valley_or_at_a_limit() -> None:
-    """The optimality conditions of the choice, computed without the solver's own formulas."""
-    in_valley = at_limit = 0
-    for k in range(200):
-        pairs = pulled_set(np.random.default_rng(k), 0.4 * (k % 2)) if k else tee()
-        found = solve_minimax(pairs)
-        carrying = np.flatnonzero(found.weights > 1e-6)
-        if len(carrying) > 2:
-            continue
-        moved = found.T.apply(pairs.p_source)
-        first, second = moved[carrying]
-        axis = (second - first) / np.linalg.norm(second - first)
-        residual, lever = pairs.p_target - moved, np.cross(axis, moved - first)
-        slopes = -2.0 * np.einsum("ij,ij->i", lever, residual)  # of the squared distances, mm² per rad
-        others = np.setdiff1d(np.arange(len(pairs)), carrying)
-        tight = others[found.objective_mm - np.linalg.norm(residual[others], axis=1) <= SAME_VALUE_MM]
-        if abs(slopes.sum()) <= 1e-9 * np.abs(lever).sum():
-            in_valley += 1
-        else:
-            assert (slopes[tight] * slopes.sum() < 0).any(), f"set {k}"  # going downhill takes this point too far
-            at_limit += 1
-    assert in_valley > 5
-    assert at_limit > 1
-
-
-@pytest.mark.deep
 @pytest.mark.many
 def test_every_processor_gives_the_same_pose() -> None:
     """OpenBLAS picks its kernels by processor; a variable makes it pick those of another one."""

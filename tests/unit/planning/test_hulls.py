@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 from tests.saddle import changed
@@ -20,7 +19,6 @@ from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
 HULL_MM = 2 * FCL_MM  #: FCL's distance is reported this much too small at most: the allowance and its own error.
-LEAST_SQUARES_MM = 1e-3  #: Error of distances of a metre: the sums to one are weighted rows of the least squares.
 ROUND_OFF_MM = 1e-9
 
 
@@ -53,33 +51,6 @@ def with_hulls(cell, corners):
 @pytest.fixture(scope="module")
 def hulled(cell):
     return with_hulls(cell, 40)
-
-
-def corner_distance(A, B):
-    """Distance of the hulls of two sets of corners, by nonnegative least squares with heavy rows for the sums."""
-    heavy = 1e5
-    rows = np.block([[A.T, -B.T], [heavy * np.ones((1, len(A))), np.zeros((1, len(B)))]])
-    rows = np.vstack([rows, np.concatenate([np.zeros(len(A)), heavy * np.ones(len(B))])])
-    x, _ = nnls(rows, np.array([0, 0, 0, heavy, heavy]))
-    a, b = x[: len(A)], x[len(A) :]
-    return np.linalg.norm(A.T @ a / a.sum() - B.T @ b / b.sum())
-
-
-@pytest.mark.parametrize(("corners", "states"), [(40, 25), (5, 60)])
-def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, corners, states, golden):
-    """With five corners the capsules around hulls say little of them: the order of the bounds is not that of hulls."""
-    hulled, state = with_hulls(cell, corners), random_state(states)
-    pairs = body_pairs(hulled)
-    found = hull_clearance(hulled, state)
-    frames = hulled.frames(state)
-    for i in range(len(state)):
-        corners = []
-        for body in pairs.bodies:
-            T = frames[body.carrier].matrices()
-            corners.append(body.shape.hull @ T[min(i, len(T) - 1), :3, :3].T + T[min(i, len(T) - 1), :3, 3])
-        margins = [corner_distance(corners[a], corners[b]) for a, b in zip(pairs.first, pairs.second, strict=True)]
-        assert abs(found.margin_mm[i] - (margins - pairs.safety_mm).min()) < LEAST_SQUARES_MM
-    golden(found)
 
 
 def test_of_a_state_that_collides_one_pair_is_named_and_by_its_own_distance(hulled):
