@@ -25,6 +25,8 @@ R_BASE_PART = rotation_from_zyx(0.6, -0.035, 0.02)
 P_BASE_PART_MM = np.array([812.5, -240.25, 155.75])
 TOUCHES = (6, 4)
 NOISE_MM = 0.1
+PROGRAMS = ("rapid", "krl", "fanuc", "inform", "as", "urscript", "val3", "pdl2")
+CONFIGURATION = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
 OPTIONS = {"sigma_mm": NOISE_MM, "tolerance_mm": 1.0}
 
 
@@ -197,13 +199,16 @@ def _welds(said: Said, out: Path) -> None:
 
 def _export(said: Said, out: Path, folder: Path) -> None:
     """Write a program: it has every accepted seam, and what it leaves out it names."""
-    done = run_here("export", out, "-f", "rapid", "-f", "csv", "-o", folder / "programs", "--json")
+    formats = [word for name in PROGRAMS for word in ("-f", name)]
+    done = run_here("export", out, *formats, "-f", "csv", *CONFIGURATION, "-o", folder / "programs", "--json")
     if done.returncode == 2:
         said.add("export", "can be written", False)
         said.add("seams", "can be written", True)
         return
     record = json.loads(done.stdout)
     said.add("export", "verdict", record["verdict"])
+    for name in PROGRAMS:
+        _program(said, f"{name} program", max(map(_header, (folder / "programs" / name).iterdir()), key=len))
     left_out = {each["seam"] for each in record["left_out"]}
     assert left_out.isdisjoint(record["seams"])
     assert done.returncode == 1 or not left_out
@@ -216,6 +221,24 @@ def _export(said: Said, out: Path, folder: Path) -> None:
         found = re.search(r"an? (\w+) torch", checked)
         if found:
             said.add("export, what was checked", "torch", found[1])
+
+
+def _header(path: Path) -> str:
+    """Return the comments of a program that has the verdict, as one line."""
+    text = path.read_text(encoding="utf-8")
+    return re.sub(r"\s*;?\n\s*(?:\d+:)?\s*[!;'#/-]*\s*", " ", text) if "calibration " in text else ""
+
+
+def _program(said: Said, place: str, text: str) -> None:
+    """Take the numbers out of the header of a program."""
+    said.add(place, "verdict", re.search(r"calibration (\w+), tolerance", text)[1])  # type: ignore[index]
+    _sentence(said, place, text)
+    line = r"(\S+) -> \S+: (\w+) (\w+), (\S+) mm,[^>]*? 95 % error up to (\S+) mm"
+    for name, joint, weld, length_mm, error_mm in re.findall(line, text):
+        for fact, value in (("joint", joint), ("weld", weld)):
+            said.add(place, fact, value, name)
+        said.add(place, "length_mm", Printed(length_mm), name)
+        said.add(place, "95 % error", Printed(error_mm), name)
 
 
 def _rpc(said: Said, part: Path, folder: Path) -> None:

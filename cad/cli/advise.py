@@ -106,7 +106,7 @@ def _show_points(console: Console, found: Advice, part: str) -> None:
     console.print(_counts_table(found))
     if found.next_point is not None and found.with_next is not None:
         error = f"{found.with_next.error_95_mm:.3f} mm"
-        console.print(f"one more point: {found.next_point.name} makes the largest error {error}")
+        console.print(f"one more point: {found.next_point.name} makes the error {error}")
     for note in found.notes:
         console.print(f"note: {note}")
 
@@ -124,8 +124,8 @@ def _points_table(found: Advice, part: str) -> Table:
 def _counts_table(found: Advice) -> Table:
     from wpcal.cli.console import new_table
 
-    title = f"Largest predicted 95 % error along the seams (sigma {found.sigma_mm:g} mm, {found.criterion.value})"
-    table = new_table(title, "=points|=95 % mm|=at seam|<features|swap leaves mm")
+    title = f"Predicted 95 % error of all seams together (sigma {found.sigma_mm:g} mm, {found.criterion.value})"
+    table = new_table(title, "=points|=95 % mm|=worst seam|<features|swap leaves mm")
     for advised in found.by_count:
         mark = " (advised)" if advised.names == found.chosen.names else ""
         cells = (f"{len(advised.features)}{mark}", f"{advised.error_95_mm:.3f}", advised.seam)
