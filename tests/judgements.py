@@ -86,7 +86,9 @@ def everything_said(part: Path, folder: Path, *, is_whole: bool = False) -> Said
     _calibration(said, "calibrate --json", answer)
     _seams(said, "seams.json", json.loads((out / "seams.json").read_text(encoding="utf-8")))
     _page(said, (out / "report.html").read_text(encoding="utf-8"))
-    _summary(said, "job.json", json.loads((out / "job.json").read_text(encoding="utf-8"))["result"])
+    result = json.loads((out / "job.json").read_text(encoding="utf-8"))["result"]
+    for fact, key in (("verdict", "verdict"), ("error of the worst seam", "worst_seam_error_mm"), ("worst seam",) * 2):
+        said.add("job.json", fact, result[key.replace(" ", "_")])
     _welds(said, out)
     _export(said, out, folder)
     _rpc(said, part, folder)
@@ -102,18 +104,13 @@ def calibrated(part: Path, folder: Path, *options: Path | str) -> tuple[Path, An
     taught, out = folder / "taught.csv", folder / "out"
     taught.write_text(_taught_table(_advice(part)), encoding="utf-8")
     words = [word for name, value in OPTIONS.items() for word in (f"--{name.replace('_', '-')}", str(value))]
-    done = run_here("calibrate", part, taught, "-o", out, *words, *options, "--json")
-    assert done.returncode in (0, 1), done.stderr
-    return out, json.loads(done.stdout)
+    return out, _answer("calibrate", "calibrate", part, taught, "-o", out, *words, *options, "--json")
 
 
 def _advice(part: Path) -> dict[str, Any]:
     """Return which features to touch; a small part has fewer places than are asked for at first."""
-    for count in TOUCHES:
-        done = run_here("advise", part, "--count", str(count), "--json")
-        if done.returncode in (0, 1):
-            return dict(json.loads(done.stdout))
-    raise AssertionError(f"advise: {done.stderr}")
+    every = (run_here("advise", part, "--count", str(count), "--json") for count in TOUCHES)
+    return dict(json.loads(next(done.stdout for done in every if done.returncode in (0, 1))))
 
 
 def _answer(place: str, *arguments: Path | str) -> Any:
@@ -176,8 +173,7 @@ def _sentence(said: Said, place: str, sentence: str) -> None:
         ("number of accepted seams", r"the ([0-9]+) accepted seams"),
         ("tolerance", r"tolerance (?:is|of) (\S+) mm"),
     ):
-        found = re.search(pattern, sentence)
-        if found:
+        if found := re.search(pattern, sentence):
             said.add(place, fact, Printed(found[1] or found[2]))
 
 
@@ -215,12 +211,9 @@ def _export(said: Said, out: Path, folder: Path) -> None:
     order = [name for name in said.facts["accepted seams", ""]["seams.json"] if name in {*record["seams"], *left_out}]
     said.add("export", "accepted seams", order)
     for checked in record["checked"]:
-        found = re.search(r"wire ([0-9.]+) mm", checked)
-        if found:
-            said.add("export, what was checked", "length of wire", Printed(found[1]))
-        found = re.search(r"an? (\w+) torch", checked)
-        if found:
+        if found := re.search(r"an? (\S+) torch .* wire ([0-9.]+) mm", checked):
             said.add("export, what was checked", "torch", found[1])
+            said.add("export, what was checked", "length of wire", Printed(found[2]))
 
 
 def _header(path: Path) -> str:
@@ -272,12 +265,6 @@ def _plan(said: Said, out: Path, folder: Path) -> None:
     said.add("plan", "a folder as planned is clean", True)
     audited = json.loads(run_here("audit", folder / "plan", "--json").stdout)
     said.add("audit", "a folder as planned is clean", audited["faults"] == 0)
-
-
-def _summary(said: Said, place: str, result: dict[str, Any]) -> None:
-    said.add(place, "verdict", result["verdict"])
-    said.add(place, "error of the worst seam", result["worst_seam_error_mm"])
-    said.add(place, "worst seam", result["worst_seam"])
 
 
 def _folder(said: Said, out: Path) -> None:

@@ -328,7 +328,7 @@ class TouchAtResult(OnPart):
     kind: str
     p_mm: Vector
     normal: Vector
-    border_mm: float
+    border_mm: float | None = D("Null of a face without a border, such as a whole torus.")
 
 
 class TouchesParams(Record):

@@ -45,7 +45,8 @@ def touch_on_face(part: PickPart, point: FloatArray, normal: FloatArray) -> dict
     try:
         touches_of(row.to_taught().with_ball(0.0), part.workpiece.trimmed, part.workpiece.features, use="yes")
     except FormatError:
-        what = f"the {found.kind.value} here is as near as another face, {found.border_mm:.1f} mm from its border"
+        border = "" if found.border_mm is None else f", {found.border_mm:.1f} mm from its border"
+        what = f"the {found.kind.value} here is as near as another face{border}"
         raise InputError(f"{what}; click farther inside, or the edge") from None
     return {
         "kind": found.kind.value,

@@ -78,7 +78,7 @@ class DrawnTouches:
     #: By name: points along each seam where the error counts, in `part`, mm, shape (n, 3).
     seams: dict[str, FloatArray]
     #: By the name of a search on the part: how far its contact is from the border of the face.
-    border_mm: dict[str, float]
+    border_mm: dict[str, float | None]
 
 
 def draw_touches(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from build123d import Torus
 
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
@@ -26,6 +27,7 @@ from wpcal.core.tangent import exp_rotation
 from wpcal.taught.kinds import TouchKind
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints
+from wpcal.taught.touched_face import touched_face
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 RECOVERED_MM = 1e-6  # asked for touches without noise
@@ -232,6 +234,11 @@ def test_touches_on_a_free_form_face_place_the_part() -> None:
     rows += [("Y1", TouchKind.PLANE, (30, 0, 10), (0, -1, 0)), ("Y2", TouchKind.PLANE, (70, 0, 10), (0, -1, 0))]
     found = fit(touched(wavy, rows), wavy, teaching=TeachingError(sigma_mm=SIGMA_MM))
     assert apart(found.T_base_part, R, T_MM) < RECOVERED_MM
+
+
+def test_a_whole_torus_has_no_border() -> None:
+    found = touched_face(open_workpiece(Torus(20.0, 5.0)).trimmed, np.array([25.0, 0.0, 0.0]))
+    assert (found.kind, found.border_mm) == (TouchKind.SURFACE, None)
 
 
 THRICE: list[Row] = [(f"{name}.{k}", *rest) for k in range(3) for name, *rest in MIXED]

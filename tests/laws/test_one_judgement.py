@@ -10,17 +10,12 @@ from tests.running import kernel_work_here
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared"
-OURS = few(["tee/tee", "saddle/saddle", "frame/frame", "lap/lap", "uprights/uprights"], 1)
-SHARED_PARTS = (
-    "step/box_sides.STEP",
-    "step/as1-oc-214.stp",
-    "step/featuretype.STEP",
-    "blind/wb_bench.step",
-    "blind/iron_Footer_Type_U_L70.step",
-    "blind/afpm_boom_vane.step",
-    *(f"blind/mini/{name}.step" for name in ("em_re", "g80", "g125", "hcol", "lfoot", "lug", "t0", "t90")),
-)
-SMALL = "blind/mini/"  #: Parts of which touches and motions are planned, too.
+OURS = [ROOT / "fixtures" / f"{name}/{name}.step" for name in ("tee", "saddle", "frame", "lap", "uprights")]
+OF_OTHERS = [
+    *(SHARED / "step" / name for name in ("box_sides.STEP", "as1-oc-214.stp", "featuretype.STEP")),
+    *(SHARED / "blind" / f"{name}.step" for name in ("wb_bench", "iron_Footer_Type_U_L70", "afpm_boom_vane")),
+]
+MINI = [SHARED / f"blind/mini/{name}.step" for name in ["em_re", "g80", "g125", "hcol", "lfoot", "lug", "t0", "t90"]]
 
 
 @pytest.fixture(autouse=True)
@@ -28,18 +23,11 @@ def kernel_here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
 
 
-@pytest.mark.parametrize("name", OURS)
-def test_all_say_the_same_of_a_part_of_ours(name: str, tmp_path: Path) -> None:
-    assert everything_said(ROOT / "fixtures" / f"{name}.step", tmp_path, is_whole=True).disagreements() == []
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("name", SHARED_PARTS)
-def test_all_say_the_same_of_a_part_of_others(name: str, tmp_path: Path) -> None:
-    part = SHARED / name
+@pytest.mark.parametrize("part", few([*OURS, *MINI, *OF_OTHERS], 1), ids=lambda part: part.stem)
+def test_all_say_the_same_of_a_part(part: Path, tmp_path: Path) -> None:
     if not part.is_file():
         pytest.skip("the shared parts are not beside the repository")
-    assert everything_said(part, tmp_path, is_whole=name.startswith(SMALL)).disagreements() == []
+    assert everything_said(part, tmp_path, is_whole=part not in OF_OTHERS).disagreements() == []
 
 
 def test_two_places_that_differ_are_named() -> None:

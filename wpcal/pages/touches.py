@@ -27,7 +27,7 @@ def build_touches_page(
     *,
     part_glb: bytes | None = None,
     seams: Mapping[str, FloatArray] | None = None,
-    border_mm: Mapping[str, float] | None = None,
+    border_mm: Mapping[str, float | None] | None = None,
     setup: TouchSetup | None = None,
 ) -> str:
     """Return the page that shows a plan of touches, in the part's own frame.

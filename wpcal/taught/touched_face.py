@@ -30,7 +30,7 @@ class TouchedFace:
     kind: TouchKind  #: What the face is in a taught table.
     p_part: FloatArray  #: shape (3,). On the face, mm.
     normal_part: FloatArray  #: shape (3,). Outward unit normal there.
-    border_mm: float  #: Distance from the border of the face.
+    border_mm: float | None  #: Distance from the border of the face; None of a whole sphere or torus, which has none.
 
 
 def touched_face(trimmed: TrimmedFaces, point: FloatArray, normal: FloatArray | None = None) -> TouchedFace:
@@ -58,7 +58,8 @@ def touched_face(trimmed: TrimmedFaces, point: FloatArray, normal: FloatArray | 
     best = near[np.argmin(distance[near])] if normal is None else near[np.argmax(foot.normal[near] @ normal)]
     face, p = int(faces[best]), foot.p[best]
     border = float(trimmed.boundary_distance(np.array([face]), p[None])[0])
-    return TouchedFace(face, _kind_of(trimmed, face), p, foot.normal[best], border if inside[best] else 0.0)
+    border_mm = (border if np.isfinite(border) else None) if inside[best] else 0.0
+    return TouchedFace(face, _kind_of(trimmed, face), p, foot.normal[best], border_mm)
 
 
 def _kind_of(trimmed: TrimmedFaces, face: int) -> TouchKind:

@@ -137,15 +137,6 @@ ROUND_OFF_MM = 1e-6
 CHORD_MM = 1e-3  #: Borders are polylines: on a round face they are this near to the edge.
 
 
-def test_the_middle_of_a_rectangle_is_half_its_shorter_side_from_its_border():
-    block = TrimmedFaces.of(read_graph(GRAPHS / "plain-block.npz"))
-    for face, (a, b) in enumerate(zip(*block.face_box, strict=True)):
-        found = touched_face(block, (a + b) / 2.0)
-        assert (found.face, found.kind) == (face, TouchKind.PLANE)
-        assert np.linalg.norm(found.p_part - (a + b) / 2.0) <= ROUND_OFF_MM
-        assert abs(found.border_mm - sorted(b - a)[1] / 2.0) <= ROUND_OFF_MM
-
-
 def test_at_an_edge_the_normal_says_which_face_is_meant():
     block = TrimmedFaces.of(read_graph(GRAPHS / "plain-block.npz"))
     corner = block.face_box[1].max(axis=0)
