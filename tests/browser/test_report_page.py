@@ -18,7 +18,6 @@ from wpcal.results.folder import read_result_folder
 SADDLE = Path(__file__).parents[2] / "fixtures" / "saddle"
 HOSTILE = "</script><img src=x onerror=window.hacked=1>"
 RESIDUAL_PINK = (214, 36, 110)
-AXIS_RED = (214, 60, 60)
 NEAR = 40.0  #: Of a colour, 0…255 in three channels: what smoothing and rounding leave of it in the middle of a line.
 PHONE_WIDTH = 390
 ON_FACES = [
@@ -82,54 +81,6 @@ def test_it_stands_alone(folder: Path, report: Any) -> None:
 def test_nothing_is_wider_than_the_window(folder: Path, open_page: Any, width: int) -> None:
     found = open_page(folder / "report.html", width=width)
     assert found.page.evaluate("document.documentElement.scrollWidth") == width
-
-
-@pytest.mark.deep
-def test_toggles_hide_what_they_say(folder: Path, open_page: Any) -> None:
-    found = open_page(folder / "report.html")
-    page = found.page
-
-    def toggle(layer: str) -> tuple[FloatArray, FloatArray]:
-        box = page.locator(f"input[data-layer='{layer}']")
-        before = found.pixels()
-        box.click()
-        page.mouse.move(2, 2)
-        after = found.pixels()
-        box.click()
-        return before, after
-
-    def at(p: list[float]) -> tuple[int, int]:
-        stage = page.locator(".stage").bounding_box()
-        x, y = found.project(p)
-        return round(y - stage["y"]), round(x - stage["x"])
-
-    with_names = page.locator(".label:visible").count()
-    page.locator("input[data-layer='names']").click()
-    assert with_names > 5
-    found.wait("[...document.querySelectorAll('.label')].every((label) => label.hidden)")
-
-    before, after = toggle("seams")
-    spot = at(seams(folder)[SEAM]["frames"][FRAME]["p_mm"])
-    assert before[spot][1] > before[spot][2] + NEAR  # greener than blue: of the scale, on a part of grey and blue
-    assert after[spot][1] < after[spot][2] + NEAR
-
-    before, after = toggle("residuals")
-    assert count(before, RESIDUAL_PINK) > 100
-    assert count(after, RESIDUAL_PINK) == 0
-
-    before, after = toggle("frames")
-    assert count(after, AXIS_RED) > count(before, AXIS_RED) + 50
-
-    point = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))["points"][1]
-    before, after = toggle("points")
-    spot = at(point["p_base_mm"])
-    assert np.linalg.norm(before[spot] - after[spot]) > NEAR
-
-    before, after = toggle("part")
-    plate = after.mean() - before.mean()
-    assert plate > 10.0  # the background is lighter than steel
-    before, after = toggle("part edges")
-    assert np.sum(before.sum(axis=2) < 250) > np.sum(after.sum(axis=2) < 250) + 100
 
 
 def test_the_tooltip_shows_what_seams_json_says(folder: Path, report: Any) -> None:

@@ -7,15 +7,8 @@ from typing import Any
 import pytest
 from build123d import Box, Pos, export_step
 
-from cad.pick.shared_seams import start_seams
-from cad.session.part import PickPart, read_pick_part
-from cad.session.session import PickSession
-from cad.workpiece.seams import SeamChoice
 from tests.cad.test_real_parts import shared
 from tests.running import run_here
-from wpcal.core.errors import InputError
-from wpcal.seam import SeamOptions
-from wpcal.seam.options import Judging
 
 pytestmark = pytest.mark.usefixtures("kernel_here")
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
@@ -115,25 +108,3 @@ def test_wrong_words_are_one_line(fused: Path) -> None:
     for word, text in told.items():
         assert text in refused(fused, "--member", word)
     assert "once per name" in refused(fused, "--member", f"{TUBE}=bar", "--member", f"{TUBE}=tube")
-
-
-@pytest.mark.deep
-def test_what_is_said_in_the_picker_is_kept_for_commands_and_undone(fused: Path, tmp_path: Path) -> None:
-    def search(judging: Judging) -> PickPart:
-        return read_pick_part(fused, options=SeamOptions(judging=judging), choice=SeamChoice())
-
-    shared, _ = start_seams(PickSession(search(Judging())), fused, tmp_path / "taught.csv", search=search)
-    found = shared.changes_since(-1)
-    decisions = [{"candidate": found["seams"][-1]["candidate"], "edit": {"name": "last"}}]
-    first = shared.decide(decisions, revision=found["revision"])
-    said = shared.say(TUBE, "cast", revision=first["revision"])
-    assert (welds(said)["SOLID"], said["seams"][-1]["name"]) == (560, "last")
-    assert shared.say("SOLID", "not", revision=-1)["is_stale"]
-    with pytest.raises(InputError, match="no solid, product or instance"):
-        shared.say("no such member", "weld", revision=said["revision"])
-    file = tmp_path / "fused.seams.json"
-    assert shared.used_file == file
-    assert welds(listed(fused, "--seams", file)) == welds(said)
-    assert len(shared.outline(TUBE)["p_mm"]) > 12
-    undone = shared.say(TUBE, "rules", revision=said["revision"])
-    assert {**undone, "revision": 0} == {**first, "revision": 0}

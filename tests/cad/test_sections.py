@@ -1,14 +1,11 @@
 """Sections through a part: where solids meet, and the pictures of seams."""
 
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import matplotlib.image as images
 import numpy as np
 import pytest
 
@@ -64,22 +61,6 @@ def test_the_outlines_are_on_the_faces_of_both_members() -> None:
     for side in (-1.0, 1.0):
         on_face = np.abs(z - side * y)[shown & (side * y > 0.5)] < SEEN_MM
         assert on_face.sum() > 50
-
-
-@pytest.mark.deep
-def test_seams_are_drawn_in_red_and_another_process_gives_the_same_bytes(
-    wpcal: Callable[..., Any], tmp_path: Path
-) -> None:
-    command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--png", str(tmp_path / "a.png")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert (done.returncode, done.stderr) == (0, "")
-    picture = images.imread(tmp_path / "a.png")[..., :3]
-    red = (picture[..., 0] > 0.6) & (picture[..., 1] < 0.4) & (picture[..., 2] < 0.4)
-    halves = np.split(red, 2, axis=1)
-    assert min(int(half.sum()) for half in halves) > 500  # four lines of 2 pixels and some hundred long, in each view
-    assert picture[:, [0, -1]].min() == 1.0  # nothing is cut off at the sides
-    wpcal("seams", TEE, "--png", tmp_path / "b.png")
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_a_picture_is_not_overwritten_without_force(wpcal: Callable[..., Any], tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """`wpcal calibrate --cell --holder-joints`: robot 1 touches the part that robot 2 holds; the cell learns the grasp."""
 
-import csv
 import json
 from pathlib import Path
 
@@ -44,28 +43,3 @@ def test_one_of_the_two_alone_is_refused_and_nothing_is_written(tmp_path: Path) 
     assert done.returncode == 2
     assert "B is 200 deg" in done.stderr
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.deep
-def test_what_was_touched_can_be_planned(tmp_path: Path) -> None:
-    """Robot 2 holds the saddle as its cell says; robot 1 touches it, and the cell that comes out plans the seam."""
-    cell = read_cell(CELL)
-    held = np.linalg.inv(cell.T_world_base.matrix) @ cell.held_places(np.radians([JOINTS_DEG]))[0]
-    truth = np.array(json.loads((FIXTURES / "saddle" / "truth.json").read_text())["T_base_part"])
-    move = held @ np.linalg.inv(truth)
-    rows = list(csv.DictReader((FIXTURES / "saddle" / "taught_exact.csv").read_text().splitlines()))
-    places = [move[:3, :3] @ [float(row[f"{axis}_mm"]) for axis in "xyz"] + move[:3, 3] for row in rows]
-    lines = [
-        f"{r['name']},{x!r},{y!r},{z!r},{r['use']}"
-        for r, (x, y, z) in zip(rows, map(np.ndarray.tolist, places), strict=True)
-    ]
-    taught = tmp_path / "taught.csv"
-    taught.write_text("\n".join(["name,x_mm,y_mm,z_mm,use", *lines, ""]))
-    out, joints = tmp_path / "out", ",".join(map(str, JOINTS_DEG))
-    done = run_here("calibrate", SADDLE, taught, "-o", out, "--cell", CELL, "--holder-joints", joints)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert read_cell(out / "cell.json").T_part.is_close(cell.T_part, atol_mm=FILE_MM, atol_rad=FILE_MM)
-    done = run_here("plan", out / "cell.json", out, "--seam", "W1", "-f", "abb", "-o", tmp_path / "plan")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads((tmp_path / "plan" / "plan.json").read_text())["freedom"] == "free"
-    assert 'id="blob-part"' in (tmp_path / "plan" / "plan.html").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pytest
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP
 from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.limits import FLUSH_MM
-from wpcal.seam.member.heavy_bars import HEAVY_KG_M, PLUMP, SLAB_MM, SLAB_MM2, SLENDER, SPREAD, STEEL_KG_M_MM2, Bar
+from wpcal.seam.member.heavy_bars import HEAVY_KG_M, SLAB_MM, SLAB_MM2, STEEL_KG_M_MM2
 from wpcal.seam.member.member import (
     DRAWN_SOLID_MM,
     ENDS_TOGETHER,
@@ -174,17 +174,3 @@ def test_a_corner_inside_a_member_is_a_root_of_it_hardly_longer_than_the_member(
         assert parts.around(faces, Y, 1.0, is_sharp=True) is None
         assert parts.around((faces[0], 9), way, 1.0, is_sharp=True) is None
     assert [of(sheet).around((7, 6), X, 1e4, is_sharp=sharp) for sharp in (False, True)] == [sheet, None]
-
-
-def test_a_bar_of_timber_would_be_heavy_as_steel() -> None:
-    wide = HEAVY_KG_M / STEEL_KG_M_MM2 / 40.0
-    assert Bar(40.0, wide, 1000.0, 50.0).kg_m == pytest.approx(HEAVY_KG_M)
-    assert Bar(40.0, wide * ABOVE, SLENDER * wide * ABOVE, 50.0).is_heavy
-    assert not Bar(40.0, wide * BELOW, SLENDER * wide, 50.0).is_heavy
-    assert not Bar(40.0, wide * ABOVE, SLENDER * wide, 50.0).is_heavy
-    assert [Bar(90.0, 90.0 * PLUMP * by, 1e5, 50.0).is_heavy for by in (1.0, ABOVE)] == [True, False]
-    assert [Bar(40.0, 50.0, 900.0, 50.0 * SPREAD * by).is_frame for by in (BELOW, 1.0)] == [False, True]
-    across = SLAB_MM2 / 900.0
-    sizes = (SLAB_MM, math.inf, across), (SLAB_MM * BELOW, math.inf, across), (SLAB_MM, 99.0, across)
-    assert [Bar(thick, wide, 900.0, over).is_slab for thick, wide, over in sizes] == [True, False, False]
-    assert not Bar(SLAB_MM, math.inf, 900.0, across * BELOW).is_slab
