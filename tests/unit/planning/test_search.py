@@ -11,7 +11,7 @@ from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.closed_chain import torch_on_seam
-from wpcal.planning.search.nsga2 import Nsga2Options, PathEncoding, evolve_paths, first_population
+from wpcal.planning.search.nsga2 import Nsga2Options, PathEncoding, first_population
 from wpcal.planning.search.objectives import MOTION, OBJECTIVES, POSITION, TORCH
 from wpcal.planning.search.pareto import Preference, failed_record, pareto_record
 from wpcal.planning.search.plan_seam import SWEEP, best_paths, judge_paths, plan_seam
@@ -154,19 +154,3 @@ def test_the_least_population_generations_and_seed_are_taken(given):
     assert all(getattr(Nsga2Options(**least), name) == value for name, value in least.items())
     with pytest.raises(InputError):
         Nsga2Options(**given)
-
-
-@pytest.mark.deep
-def test_evolution_is_repeatable_and_can_be_interrupted(thin, swept):
-    seeds = best_paths(thin, swept)
-    options = Nsga2Options(population=12, generations=3, seed=5)
-    one, two = (evolve_paths(thin, seeds, options, lambda *_: None)[0] for _ in range(2))
-    assert len(one) == len(two)
-    assert all((a.coordinates == b.coordinates).all() for a, b in zip(one, two, strict=True))
-
-    def stop(what, done, of):
-        if done == 2:
-            raise KeyboardInterrupt
-
-    _, interrupted = evolve_paths(thin, seeds, options, stop)
-    assert interrupted
