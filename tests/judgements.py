@@ -135,6 +135,8 @@ def _seams(said: Said, place: str, record: dict[str, Any]) -> None:
     said.add(place, "torch", record["torch"]["name"])
     said.add(place, "length of wire", float(record["torch"]["wire_mm"]))
     said.add(place, "number of accepted seams", sum(seam["accepted"] for seam in seams))
+    for member in record["members"]:
+        said.add(place, "taken for", (member["taken_as"], member["factor"], member["why"]), member["solid"])
     for seam in seams:
         _keys(said, place, seam)
         if seam["accepted"] and isinstance(seam["frames"], list) and "u95_mm" in seam["frames"][0]:

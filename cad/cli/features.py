@@ -34,7 +34,7 @@ def features(*, part_step: Path, choice: FeatureChoice, show_all: bool, as_json:
     from cad.cli.kernel_work import run_on_part
     from wpcal.taught.features import choose_features
 
-    judged, notes, issues = run_on_part(
+    judged, issues = run_on_part(
         "cad.workpiece.features:list_features", part_step, {}, what=f"reading {part_step}", use_cache=not no_cache
     )
     chosen = choose_features([item.feature for item in judged], choice)
@@ -42,10 +42,9 @@ def features(*, part_step: Path, choice: FeatureChoice, show_all: bool, as_json:
     if as_json:
         from wpcal.taught.features import features_record
 
-        members = notes.to_record()["members"]
-        print_json({**features_record(chosen, ease, issues), "members": members})
+        print_json(features_record(chosen, ease, issues))
     else:
-        from cad.cli.tables import features_table, members_table
+        from cad.cli.tables import features_table
         from wpcal.cli.console import plain_console, show_notes
 
         shown = chosen if show_all or choice.kinds else _easy(chosen, ease)
@@ -53,7 +52,6 @@ def features(*, part_step: Path, choice: FeatureChoice, show_all: bool, as_json:
         console.print(features_table(shown, part_step.name, ease))
         if len(shown) < len(chosen):
             console.print(f"{len(chosen) - len(shown)} more are hard to touch; --all lists them")
-        console.print(members_table(notes))
         show_notes(issues, console)
     return 0
 

@@ -34,8 +34,6 @@ from wpcal.core.result_files import SEAMS_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.pages.report import seam_columns
 from wpcal.results.next_steps import next_steps
-from wpcal.seam.member.note import take_members
-from wpcal.seam.options import Judging
 from wpcal.seam.record import seams_record
 from wpcal.taught.features import features_record
 from wpcal.taught.table import TaughtPoints, taught_csv
@@ -54,14 +52,12 @@ def open_part(part: OpenPart, _: Mapping[str, Any], progress: Progress) -> dict[
     progress(f"judging {len(workpiece.features)} features")
     ease = {item.feature.name: item.ease.word for item in part.touchables}
     record = features_record([item.feature for item in part.touchables], ease, workpiece.issues)
-    members = take_members(workpiece.graph, workpiece.trimmed, Judging()).notes
     return {
         "path": str(part.path),
         "unit": workpiece.file.unit,
         "size": workpiece.size,
         "solids": list(workpiece.graph.solid_names),
         "features": record["features"],
-        "members": members.to_record()["members"],
         "notes": [issue.message for issue in workpiece.issues],
     }
 

@@ -210,7 +210,6 @@ class OpenResult(OnPart):
     size: str
     solids: list[str]
     features: list[Feature] = D("As in wpcal/features/1.")
-    members: list[dict[str, Any]]
     notes: Notes
 
 

@@ -9,21 +9,15 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.seam.member.note import MemberNotes, take_members
-from wpcal.seam.options import Judging
 from wpcal.taught.features import Touchable
 
 
 def list_features(
     step: Path, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
-) -> tuple[tuple[Touchable, ...], MemberNotes, tuple[Issue, ...]]:
-    """Return the reference features of a STEP file, what its solids are taken for, and what is odd in it.
-
-    The features that are easiest to touch come first.
-    """
+) -> tuple[tuple[Touchable, ...], tuple[Issue, ...]]:
+    """Return the reference features of a STEP file, those that are easiest to touch first, and what is odd in it."""
     workpiece = open_workpiece(step, cache=cache, progress=progress)
-    notes = take_members(workpiece.graph, workpiece.trimmed, Judging()).notes
-    return judge_workpiece(workpiece, progress=progress), notes, workpiece.issues
+    return judge_workpiece(workpiece, progress=progress), workpiece.issues
 
 
 def judge_workpiece(workpiece: Workpiece, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:

@@ -93,7 +93,7 @@ def test_nist_ftc_06_has_twelve_holes_and_eight_bosses(shared_step: Path) -> Non
 
 
 def test_the_easiest_come_first() -> None:
-    judged, _, _ = list_features(TEE)
+    judged, _ = list_features(TEE)
     assert [item.ease for item in judged] == sorted(item.ease for item in judged)
     assert {item.feature.kind for item in judged if item.ease is Ease.SHARP} == {FeatureKind.VERTEX, FeatureKind.HOLE}
 

@@ -11,7 +11,6 @@ from wpcal.core.record_types.parts import (
     Issue,
     MatrixByRows,
     Maybe,
-    Member,
     NotNegative,
     Number,
     Positive,
@@ -76,7 +75,6 @@ class Features(Record):
     schema: Literal["wpcal/features/1"]
     features: list[Feature]
     issues: list[Issue] = D("What is odd in the part's file.")
-    members: Maybe[list[Member]] = D("What each solid of the part is taken for.")
 
 
 class Body(Record):
