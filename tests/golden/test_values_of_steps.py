@@ -37,9 +37,9 @@ GRAPHS = (
 GAP_MM = 0.5
 
 
-def functions() -> Iterator[Callable[..., Any]]:
+def functions(rooms: tuple[str, ...] = ROOMS) -> Iterator[Callable[..., Any]]:
     """Yield the public functions of the rooms."""
-    for path in sorted(path for room in ROOMS for path in (ROOT / "wpcal" / room).glob("*.py")):
+    for path in sorted(path for room in rooms for path in (ROOT / "wpcal" / room).glob("*.py")):
         module = import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
         found = [each for each in vars(module).values() if isinstance(each, FunctionType)]
         yield from (each for each in found if each.__module__ == module.__name__ and not each.__name__.startswith("_"))

@@ -73,23 +73,6 @@ def test_program_and_plan_have_no_fault_but_planted_ones(part, tmp_path):
 
 
 @pytest.mark.deep
-def test_an_arc_that_is_not_that_of_the_plan_is_found(tmp_path):
-    from tests.plan_faults import chord
-    from tests.plan_text import text_faults
-
-    row = judged("saddle", "irb1600_6_12", tmp_path, tmp_path)
-    assert row.faults == ()
-    seams = json.loads((FIXTURES / "saddle" / "golden" / "seams.json").read_text(encoding="utf-8"))["seams"]
-    chord_mm = max(chord(np.array([frame["p_mm"] for frame in seam["frames"]])) for seam in seams if seam["accepted"])
-    way, name, text = way_and_text(tmp_path)
-    via = re.search(r"(?:Move|Arc)C\w* (\w+),", text)[1]
-    x = re.search(rf"robtarget {via}:=\[\[(-?[\d.]+)", text)[1]
-    for off_mm, is_found in ((0.0, False), (2.0, True)):
-        moved = text.replace(f"robtarget {via}:=[[{x}", f"robtarget {via}:=[[{float(x) + off_mm:.5f}")
-        assert bool(text_faults("rapid", {name: moved}, way, chord_mm=chord_mm)) is is_found
-
-
-@pytest.mark.deep
 def test_planted_faults_are_found(tmp_path):
     from tests.plan_faults import plan_faults
 
