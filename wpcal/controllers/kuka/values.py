@@ -48,9 +48,15 @@ def _multiply(a: Any, b: Any) -> Any:
     return frame_value(a.matrix() @ b.matrix())
 
 
+def _divide(a: Any, b: Any) -> Any:
+    """Return a quotient; that of two INT is an INT, cut off."""
+    return int(a / b) if isinstance(a, int) and isinstance(b, int) else a / b
+
+
+DIVIDES = {**PRODUCT, "/": _divide}
 GRAMMAR = Syntax(
     TOKEN,
-    ({**OR, "EXOR": operator.xor}, AND, {"==": operator.eq, **COMPARE}, SUM, PRODUCT, {":": _multiply}),
+    ({**OR, "EXOR": operator.xor}, AND, {"==": operator.eq, **COMPARE}, SUM, DIVIDES, {":": _multiply}),
     {**SIGNS, "NOT": operator.not_},
     {"TRUE": True, "FALSE": False},
     aggregate=("{", "}"),
