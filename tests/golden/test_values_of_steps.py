@@ -32,7 +32,8 @@ GRAPHS = (
         "joint-tee-gap",
         "bent-sheet",
     ),
-    *("bar-with-nut", "thick-tee-in-one", "slots-in-line", "saddle-60"),
+    *("bar-with-nut", "thick-tee-in-one", "slots-in-line", "saddle-60", "collar-on-tube", "zed", "counterbored-cap"),
+    *("pockets", "rod-on-plate", "crossed-tee"),
 )
 GAP_MM = 0.5
 
@@ -54,7 +55,8 @@ def given(name: str) -> Iterator[dict[str, Any]]:
     (first, last), rays = graph.edge_range[edges].T, rng.normal(size=(n, 3))
     points = rng.uniform(graph.vertex_p.min(axis=0), graph.vertex_p.max(axis=0), (n, 3))
     places = {
-        "graph": graph, "trimmed": TrimmedFaces.of(graph), "solids": np.arange(count), "faces": faces, "edges": edges,
+        "graph": graph, "trimmed": TrimmedFaces.of(graph), "self": TrimmedFaces.of(graph), "solids": np.arange(count),
+        "faces": faces, "edges": edges,
         "edge": edges, "t": first + 0.37 * (last - first), "t0": first + 0.1 * (last - first), "points": points,
         "t1": first + 0.8 * (last - first), "gap_mm": GAP_MM, "within_mm": 5.0, "min_length_mm": 5.0,
         "uv": points[:, :2], "origins": points, "rays": rays / np.linalg.norm(rays, axis=1)[:, None],
@@ -89,7 +91,8 @@ OTHER_SHAPES = {
     "graph_bytes",
     "find_held",
 }
-STEPS = [each for each in functions() if needed(each) <= KNOWN and each.__name__ not in OTHER_SHAPES]
+OF_FACES = (TrimmedFaces.contains, TrimmedFaces.boundary_distance, TrimmedFaces.nearest_pieces)
+STEPS = [each for each in (*functions(), *OF_FACES) if needed(each) <= KNOWN and each.__name__ not in OTHER_SHAPES]
 
 
 @pytest.mark.parametrize("name", GRAPHS)
