@@ -32,6 +32,7 @@ from tests.near import ROOT, changed_files, near_tests
 COMPARISONS = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
 OPERATORS = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.MatMult: "*"}
 OPERATOR = re.compile(r"[<>=!]=|[<>+*/@-]|\band\b|\bor\b")
+RESHAPED = re.compile(r"reshape\((?:[^()]|\([^()]*\))*-2\b")
 SIZE = re.compile(r"(?:[A-Z]+_)?(?:CHUNK|AT_ONCE) = ")
 LEFT_OUT = (".git", ".venv*", ".*_cache", ".hypothesis", "out", "out-*", "node_modules", "_build")
 """Of the copy of the project; `.ci` and `outputs.py` are in it."""
@@ -68,7 +69,7 @@ class Mutant:
         """
         changed = self.changed(self.path.read_text(encoding="utf-8"))
         return (
-            "reshape(-2" in changed
+            RESHAPED.search(changed) is not None
             or SIZE.match(changed) is not None
             or changed in EQUAL.get(str(self.path.relative_to(ROOT)), ())
         )

@@ -29,6 +29,7 @@ from wpcal.controllers.yaskawa.arc import _timer
 from wpcal.controllers.yaskawa.write import inform_job
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.formats.offset import _g54
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.cell.workplace import is_within_turns
 from wpcal.planning.plan.recheck import TipMotion
@@ -36,7 +37,9 @@ from wpcal.planning.search.problem import PlanningProblem
 from wpcal.planning.sequence.smooth import _knots
 from wpcal.seam.edit import edit_from_record
 from wpcal.seam.find.sides import Sides, _is_along
+from wpcal.seam.judge.evidence import _weight
 from wpcal.seam.member.member import Decomposition, Member, MemberKind
+from wpcal.seam.seam import SeamSource
 from wpcal.touch.advice import _require_usable, _table_notes, fills_a_plane
 from wpcal.touch.design import _orders
 from wpcal.touch.plan.free import keeps_above_floor
@@ -83,10 +86,6 @@ def frame_off(error: float, apart: float = 0.0) -> list[Any]:
     R[0, 0] += error
     q = [math.sin(math.acos(1.0 - apart)), 0.0, 0.0, 1.0 - apart]
     return list(_repairs({"seams": [{"name": "W1", "frames": [{"R": R.tolist(), "q_xyzw": q}]}]}))
-
-
-def corrected(values: Any, parts: int) -> str:
-    return _same(values, parts)
 
 
 def after(after_mm: float, before_mm: float = 1.0) -> str:
@@ -146,6 +145,7 @@ PROGRAMS: dict[str, tuple[Any, str, float]] = {
     "lines of a job": (refuses(lambda n: inform_job("A", [], ["x"] * n)), ">", 9997),
     "room for a name": (refuses(lambda n: safe_names(["W1"], SAFE, room=n)), ">", 22),
     "what a template multiplies": (refuses(lambda n: _refuse_large(["a" * 1000, -n])), ">", 20_000),
+    "a part that stands level": (lambda deg: "NOT LEVEL" in _g54([], {"X": 1.0}, (deg, 0.0, 5.0)), ">", 1e-3),
     "digits of a number": (refuses(lambda n: as_number("1" * n)), ">", 40),
     "a stroke of a search": (refuses(lambda mm: _refuse_unsafe(search(mm))), ">", 300.0),
     "a contact beside its search": (refuses(lambda mm: _refuse_unsafe(search(off=mm))), ">", 1.0),
@@ -157,9 +157,9 @@ PROGRAMS: dict[str, tuple[Any, str, float]] = {
     "poses that show a motion": (moved, ">=", 4),
     "parts that show a body": (lambda n: list(_bodies([{"bodies": ["B"]}] * n)), ">=", 3),
     "most parts show a body": (lambda n: list(_bodies([{"bodies": ["B"] * (k < n)} for k in range(10)])), ">=", 8),
-    "a correction worth a rule": (lambda mm: corrected([[mm, 0.0]] * 4, 4), ">=", 0.2),
-    "a correction of most parts": (lambda n: corrected([[1.0, 0.0]] * n, 10), ">=", 8),
-    "a sure correction": (lambda x: corrected([[x - 1, 0], [x, 0], [x + 1, 0.0]], 3), ">=~", math.sqrt(3.0)),
+    "a correction worth a rule": (lambda mm: _same([[mm, 0.0]] * 4, 4), ">=", 0.2),
+    "a correction of most parts": (lambda n: _same([[1.0, 0.0]] * n, 10), ">=", 8),
+    "a sure correction": (lambda x: _same([[x - 1, 0], [x, 0], [x + 1, 0.0]], 3), ">=~", math.sqrt(3.0)),
     "less sure than before": (lambda mm: after(mm).startswith("less sure"), ">", 1.0 / 0.95),
     "no surer than before": (lambda mm: after(mm).startswith(("less", "no surer")), ">", 0.95),
     "better than before": (lambda mm: after(mm) == "better", "<=", 0.8),
@@ -315,10 +315,12 @@ MEMBERS: dict[str, tuple[Any, str, float]] = {
     "wall and base face the same way": (
         lambda cos: Sides.side_by_side.fget(Some(n_wall=X[None], n_base=np.array([[cos, 0, 0.0]])))[0], ">", 0.7
     ),
+    "a sure contact": (lambda x: _weight(CONTACT, (), Some(value=x))["accepted"], "<=", 0.95),
     "the name of an edit": (refuses(lambda n: edit(name="a" * n)), ">", 200),
     "stretches of an edit": (refuses(lambda n: edit(join=[{"candidate": CANDIDATE}] * n)), ">", 100),
     "a length of an edit": (refuses(lambda mm: edit(range_mm=[0.0, mm])), ">", 1e9),
 }  # fmt: skip
+CONTACT = Some(source=SeamSource.CONTACT, inside=(), blocked_by=())
 CANDIDATE = {"name": "W1", "start_part_mm": [0, 0, 0], "middle_part_mm": [1, 0, 0], "length_mm": 2.0}
 ROWS = PROGRAMS | TOUCHES | MEMBERS
 
