@@ -85,7 +85,7 @@ def advise(
         print_json(found.to_record())
     else:
         _show(found, part_step.name, out)
-    return 1 if found.misses_tolerance else 0
+    return 1 if getattr(found, "why_not", "") else 0
 
 
 def _show(found: Advice | MovedAdvice, part: str, out: Path | None) -> None:

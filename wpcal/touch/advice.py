@@ -122,11 +122,6 @@ class Advice:
     sigma_mm: float
     criterion: Criterion
 
-    @property
-    def misses_tolerance(self) -> bool:
-        """Whether a tolerance was asked for that is not reached: never, because none is."""
-        return False
-
     def template_rows(self) -> list[tuple[str, str]]:
         """Return name and place of each point, for `template_csv`."""
         return [(feature.name, where_it_is(feature)) for feature in self.chosen.features]

@@ -63,15 +63,8 @@ class AdvisedTouch(Served):
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
-        return {
-            "name": self.name,
-            "where": self.where,
-            "body": self.body,
-            "seam": self.seam,
-            "before_mm": self.before_mm,
-            "after_mm": self.after_mm,
-            "sentence": self.sentence(),
-        }
+        names = ("name", "where", "body", "seam", "before_mm", "after_mm")
+        return {**{name: getattr(self, name) for name in names}, "sentence": self.sentence()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,11 +75,6 @@ class MovedAdvice(SeamPrediction):
     next_touch: AdvisedTouch | None  #: The best further touch.
     model: MovedModel
     tolerance_mm: float | None = None  #: What was asked for.
-
-    @property
-    def misses_tolerance(self) -> bool:
-        """Whether a tolerance was asked for that is not reached."""
-        return bool(self.why_not)
 
     def template_rows(self) -> list[tuple[str, str]]:
         """Return name and place of each touch, for `template_csv`."""

@@ -1,6 +1,5 @@
 """The welds of a calibrated part: thickness and position are measured, then rules and the user's values are applied."""
 
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,7 +13,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.result_files import PART_FILE, SEAMS_FILE
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
-from wpcal.seam.path.position import UP, weld_positions
+from wpcal.seam.path.position import UP, usual_position
 from wpcal.seam.seam import JointType, Seam, WeldType
 from wpcal.weld.groove import Groove, measure_groove
 from wpcal.weld.place import SeamPlace, StatedWeld, pair, place_of
@@ -143,7 +142,7 @@ def _measured(seam: Seam, material: TriangleMaterial | None) -> dict[str, tuple[
     thickness = None if material is None else thinner(plate_thicknesses(seam.frames, material))
     if thickness:
         found["thickness_mm"] = (thickness, PART_FILE)
-    position, _ = Counter(weld_positions(seam.frames.R, seam.weld).name).most_common(1)[0]
+    position = usual_position(seam.frames.R, seam.weld)
     if position != "-":
         found["position"] = (position, SEAMS_FILE)
     gap = seam.gap_mm[1]

@@ -187,6 +187,20 @@ def test_a_piece_that_is_not_free_is_left_out_by_name_and_the_rest_is_planned(gi
     golden([plan.unwelded, plan.open_points(has_part=False)])
 
 
+def test_a_piece_is_named_that_is_welded_in_another_position_than_its_weld_data_are_for(given):
+    plan = plan_sequence(given.placed(fixed_cell()), given.part, given.seams, SequenceTargets()).sequence
+    piece, now = plan.pieces[0], plan.pieces[0].position(plan.cell)
+    for position, told in (
+        (None, []),
+        (now, []),
+        ("PG", [f"WELD DATA OF ANOTHER POSITION: {piece.name} (PG, is {now})"]),
+    ):
+        task = dataclasses.replace(piece.candidate.task, position=position)
+        candidate = dataclasses.replace(piece.candidate, task=task)
+        changed = dataclasses.replace(plan, pieces=(dataclasses.replace(piece, candidate=candidate), *plan.pieces[1:]))
+        assert [line for line in changed.open_points(has_part=True) if "DATA" in line] == told
+
+
 def test_a_torch_without_its_usual_room_beside_a_seam_leaves_with_that_of_its_wire(given):
     """A body of the torch asks for twice of what the farthest way back along the wire, 40 mm, gives it."""
     cell, targets = given.placed(fixed_cell()), SequenceTargets(approach_mm=10.0)

@@ -158,7 +158,7 @@ def _piece(
     of = seams.get(row["seam"])
     states = np.array(kept["states"]) / factors
     if of is not None:
-        task = seam_task(of.seam, of.speed_mm_s, of.rank)
+        task = seam_task(of.seam, of.speed_mm_s, of.rank, of.run)
         first, last = (int(np.argmin(np.abs(task.s_mm - row[end]))) for end in ("from_mm", "to_mm"))
         found = task.part_of(first, last)
         ends = np.abs(found.s_mm[[0, -1]] - [row["from_mm"], row["to_mm"]]).max()

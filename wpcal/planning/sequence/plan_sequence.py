@@ -175,7 +175,7 @@ def plan_sequence(
 
 def ways_of_seam(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
     """Return the ways to weld a seam whole, or in pieces with what is left out between them; no moves to the seam."""
-    task = seam_task(seam.seam, seam.speed_mm_s, seam.rank)
+    task = seam_task(seam.seam, seam.speed_mm_s, seam.rank, seam.run)
     for own in (search, search.closer, search.farther, search.tighter):
         found = _both_directions(own, task, own.whole(task))
         if found:

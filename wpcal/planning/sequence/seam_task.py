@@ -23,6 +23,7 @@ from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.material import NEAR_ROOT_MM
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.seam import Seam, SeamFrames
+from wpcal.weld.runs import WeldRun
 
 STEP_MM, STEP_RAD = 5.0, math.radians(3.0)
 """Between two points a seam is this short and turns this little: a joint then moves by some tenths of a degree."""
@@ -49,6 +50,7 @@ class SeamTask:
     rank: int = 1  #: All seams of a lower rank are welded first.
     more_wire_mm: float = 0.0  #: The tool centre point stays back by this from the seam.
     wire_from_mm: float = NEAR_ROOT_MM  #: So far from the tip on the whole wire is compared with the part.
+    position: str | None = None  #: The weld position that the weld data are for.
 
     def __len__(self) -> int:
         return len(self.s_mm)
@@ -99,7 +101,7 @@ class SeamTask:
         )
 
 
-def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> SeamTask:
+def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1, run: WeldRun | None = None) -> SeamTask:
     """Return a seam with points between those of the file where they are far apart.
 
     Raises `InputError` when it is given in another frame, or has fewer than two points.
@@ -120,7 +122,8 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> Sea
     lean = _leans_between(lean, wire, swing, R, at)
     from_mm = max(NEAR_ROOT_MM, start_mm(seam))
     what = f"{seam.joint.value} {seam.weld.value}"
-    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm, from_mm)
+    more = seam.more_wire_mm, from_mm, None if run is None else run.weld.values.position
+    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, *more)
 
 
 def _on_curve(frames: SeamFrames, at: FloatArray) -> FloatArray:

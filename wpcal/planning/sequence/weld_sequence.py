@@ -19,6 +19,8 @@ from wpcal.planning.sequence.motion_check import CheckedMove
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.seam_task import Candidate
 from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.seam.path.position import usual_position
+from wpcal.seam.seam import WeldType
 
 AIR_SHARE = 0.5
 """Part of the joint speeds that moves through the air use: arms need some of the rest to speed up and slow down."""
@@ -50,6 +52,11 @@ class WeldPiece:
     def states(self) -> FloatArray:
         """All axes of approach, stretch and retract, shape (a + n + b, k), rad and mm."""
         return np.concatenate([self.before, self.candidate.q, self.after])
+
+    def position(self, cell: Cell) -> str:
+        """Return the weld position of most of its points."""
+        task, places = self.candidate.task, cell.part_places(self.candidate.q)
+        return usual_position(product(places[:, :3, :3], task.R)[task.is_source], WeldType(task.weld.split()[-1]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +115,11 @@ class WeldSequence:
         if off := self.out_of_position:
             most = max(math.degrees(piece.candidate.off_position_rad) for piece in off)
             found.append(f"OFF POSITION: {_names(off)}, by up to {math.ceil(most)} deg")
+        of_data = ((piece, piece.candidate.task.position) for piece in self.pieces)
+        if other := [
+            f"{piece.name} ({p}, is {now})" for piece, p in of_data if p and (now := piece.position(cell)) != p
+        ]:
+            found.append(f"WELD DATA OF ANOTHER POSITION: {', '.join(other)}")
         alone = zip(self.pieces, self.ways, strict=True)
         if lost := [piece for piece, way in alone if not (len(way.from_home) and len(way.to_home))]:
             found.append(f"NO FREE WAY BY ITSELF: {_names(lost)}, from home or to home")
@@ -122,9 +134,8 @@ class WeldSequence:
             ends = len(piece.before), len(p) - 1 - len(piece.after)
             least = min(float(np.linalg.norm(p[one] - p[end])) for one, end in zip((0, -1), ends, strict=True))
             found += [f"{piece.name} {least:.0f} mm"] if least < asked - 0.5 else []
-        return (f"approach or retract below {asked:g} mm, to where the wire is clear: {', '.join(found)}",) * bool(
-            found
-        )
+        told = f"approach or retract below {asked:g} mm, to where the wire is clear: {', '.join(found)}"
+        return (told,) * bool(found)
 
     @property
     def checked(self) -> str:

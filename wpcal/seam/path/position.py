@@ -10,6 +10,7 @@ caller may pass others.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -118,6 +119,11 @@ def weld_positions(
         if rule.weld in (None, weld):
             names[_fits(rule, np.degrees(slope), np.degrees(rotation))] = rule.name
     return WeldPositions(slope, rotation, tuple(str(name) for name in names))
+
+
+def usual_position(R: FloatArray, weld: WeldType) -> str:
+    """Return the position of most of the frames of shape (n, 3, 3), of which z is up; ``-`` if it has no name."""
+    return Counter(weld_positions(R, weld).name).most_common(1)[0][0]
 
 
 def _fits(rule: PositionRule, slope_deg: FloatArray, rotation_deg: FloatArray) -> BoolArray:
