@@ -180,8 +180,7 @@ def _sentence(said: Said, place: str, sentence: str) -> None:
 
 
 def _page(said: Said, page: str) -> None:
-    found = re.search(r'id="data">(.*?)</script>', page)
-    record = json.loads(found[1])
+    record = json.loads(re.findall(r'id="data">(.*?)</script>', page)[0])
     _calibration(said, "page", record["calibration"])
     for seam in record["seams"]:
         _keys(said, "page", seam)

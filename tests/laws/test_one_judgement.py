@@ -18,13 +18,9 @@ OF_OTHERS = [
 MINI = [SHARED / f"blind/mini/{name}.step" for name in ["em_re", "g80", "g125", "hcol", "lfoot", "lug", "t0", "t90"]]
 
 
-@pytest.fixture(autouse=True)
-def kernel_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
-
-
 @pytest.mark.parametrize("part", few([*OURS, *MINI, *OF_OTHERS], 1), ids=lambda part: part.stem)
-def test_all_say_the_same_of_a_part(part: Path, tmp_path: Path) -> None:
+def test_all_say_the_same_of_a_part(part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
     if not part.is_file():
         pytest.skip("the shared parts are not beside the repository")
     assert everything_said(part, tmp_path, is_whole=part not in OF_OTHERS).disagreements() == []
