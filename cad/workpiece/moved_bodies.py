@@ -273,6 +273,7 @@ def _judged(
         covariance=fit.covariance[:6, :6],
         judgement=judge_evidence(evidence),
         criteria=None,
+        seams=(),
         issues=tuple(issue for issue in rigid.issues if issue.code in STILL_TRUE),
         scale=found.scale,
         distrusted=None,

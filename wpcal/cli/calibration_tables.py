@@ -97,7 +97,8 @@ def _fit(result: CalibrationResult) -> Table:
         best = found.next_best_rms_mm
         rest = "no other optimum" if best is None else f"next best RMS {best:.4g} mm"
         table.add_row("starts that agree", f"{found.agreeing} of {found.starts}; {rest} (not proved)")
-    table.add_row("95 % errors rest on", result.budget.describe())
+    if result.seams:
+        table.add_row("95 % errors rest on", result.budget.describe())
     for name, points in result.seams:
         if name == result.judgement.seam and len(points):
             shares = result.budget.shares(result.T_base_part.apply(points))
