@@ -53,7 +53,7 @@ class CalibrationResult:
     covariance: FloatArray
     sigma: Sigma  #: The teaching error behind the covariance, and how it is known.
     budget: ErrorBudget  #: The contributions to every predicted error.
-    #: Points of each accepted seam in `part`, mm, by its name, or the fitted ones by an empty name; none if bodies moved.
+    #: Points of each accepted seam in `part`, mm, by its name; fitted points by an empty name; none if bodies moved.
     seams: tuple[tuple[str, FloatArray], ...]
     teaching: TeachingError  #: What was stated.
     judgement: Verdict  #: Whether the seams are shown to be within the tolerance, as a sentence.

@@ -77,7 +77,7 @@ def test_a_slender_member_is_thin_for_its_size_and_not_moulded(
 
 
 def test_a_member_in_words_and_beside_another() -> None:
-    assert member(PROFILE, 50.0, 100.0).in_words == "rolled profile 100 x 50"
+    assert member(PROFILE, 50.0, 1204.0).in_words == "rolled profile 1200 x 50"
     one, other = member(PLATE, thick=8.0 + FLUSH_MM * BELOW), member(PLATE, thick=8.0 + FLUSH_MM * ABOVE)
     assert one.is_as_thin(member(PLATE, thick=8.0))
     assert not other.is_as_thin(member(PLATE, thick=8.0))

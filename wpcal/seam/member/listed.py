@@ -157,7 +157,7 @@ def _sized(trimmed: TrimmedFaces, surface: Surface, named: Listed, one: Member) 
         t, long, length_mm = sorted((short, long, length_mm))
         kind = MemberKind.PLATE if long > WIDEST_BAR_MM else kind
     sizes = {MemberKind.TUBE: [long, short, t], MemberKind.PROFILE: [long, short, t], MemberKind.SHEET: [t]}
-    words = " x ".join(f"{mm:.3g}" for mm in sizes.get(kind, [long, t]))
+    words = " x ".join(f"{float(f'{mm:.3g}'):g}" for mm in sizes.get(kind, [long, t]))
     word = kind.value.replace(" or tube" if is_solid else "bar or ", "")
     return replace(named, kind=f"{word} {words} mm", thickness_mm=t, length_mm=length_mm, share=volume)
 

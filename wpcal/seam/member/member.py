@@ -111,7 +111,7 @@ class Member:
     @property
     def in_words(self) -> str:
         """What the member is, with its section: ``rolled profile 100 x 50``."""
-        return f"{self.kind.value} {self.section[1]:.3g} x {self.section[0]:.3g}"
+        return f"{self.kind.value} {float(f'{self.section[1]:.3g}'):g} x {float(f'{self.section[0]:.3g}'):g}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
