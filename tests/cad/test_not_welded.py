@@ -85,6 +85,13 @@ def hinge() -> Solids:
     return {"S1": leaves[0], "S2": leaves[1]}
 
 
+def links(*, pinned: bool) -> Solids:
+    """Return two links that overlap, with a pin through both or a weld nut beside them."""
+    one = Box(80, 30, 8, align=LOW) + Pos(40, 0, 0) * Cylinder(15, 8, align=LOW) - Pos(40, 0, 0) * Cylinder(6, 20)
+    pin = Pos(40 if pinned else 0, 0, 0 if pinned else -16) * Cylinder(6, 16, align=LOW)
+    return {"S1": one, "S2": Pos(80, 0, 8) * Rot(0, 0, 180) * one, "pin": pin}
+
+
 def lid(wall_mm: float) -> Solids:
     """Return a case with small ribs of one wall in it, and a lid on it."""
     case = Box(110, 70, 40, align=LOW) - Pos(0, 0, wall_mm) * Box(110 - 2 * wall_mm, 70 - 2 * wall_mm, 40, align=LOW)
@@ -143,6 +150,13 @@ def test_what_is_not_welded_is_told_by_its_shape(solids: Made, rule: Rule, welde
     taken_mm, rules, _ = found(welded())
     assert taken_mm > 30
     assert rule.key not in rules
+
+
+@pytest.mark.parametrize("pinned", [True, False])
+def test_links_that_turn_about_a_pin_are_not_welded_to_each_other(pinned: bool) -> None:
+    own = [seam for seam in found(links(pinned=pinned))[2] if seam.solids == ("S1", "S2")]
+    assert any(seam.accepted for seam in own) != pinned
+    assert any(one.rule == Rule.BOLTED.key for seam in own for one in seam.findings) == pinned
 
 
 def test_a_bar_in_a_slot_is_not_welded_to_the_plate_below() -> None:

@@ -157,7 +157,7 @@ class Rule(Enum):
     )
     BOLTED = RuleRow(
         0.4,
-        "Fasteners go through both members where they touch.",
+        "Fasteners, or a pin, go through both members where they touch.",
         "What is bolted is to come apart, or cannot be welded. Only a seam round the clamped faces is meant.",
         "shape: fastener, and holes of both members on its axis that open in the plane of the seam",
     )

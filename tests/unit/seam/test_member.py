@@ -13,7 +13,6 @@ from wpcal.seam.member.heavy_bars import HEAVY_KG_M, SLAB_MM, SLAB_MM2, STEEL_KG
 from wpcal.seam.member.member import (
     DRAWN_SOLID_MM,
     ENDS_TOGETHER,
-    NOTHING_ELSE,
     ONE_WALL,
     SLENDER_PLATE,
     SLENDER_WALL,
@@ -115,17 +114,10 @@ def test_a_moulded_part_has_a_thin_wall_and_nothing_that_is_bought() -> None:
     assert of(thin, member(BAR, thick=100.0)).is_moulded
 
 
-def test_members_of_one_wall_and_plates_of_several() -> None:
-    def pair(share: float = 1.0, by: float = 2.0, kind: MemberKind = BAR, faces: Any = (3, 4)) -> Decomposition:
-        return of(member(PLATE, faces=(1, 2)), member(kind, thick=8.0 / by, faces=faces), share=share)
-
+def test_members_of_one_wall_are_about_as_thick() -> None:
     border = 1.0 / (1.0 - ONE_WALL)
-    assert [pair(by=border * by).is_of_one_wall for by in (BELOW, ABOVE)] == [True, False]
-    assert of().is_of_one_wall
-    assert [pair(share=NOTHING_ELSE * by).are_plates for by in (BELOW, 1.0)] == [False, True]
-    assert of(*pair().members, member(PLATE)).are_plates
-    wrong = pair(by=1.0), pair(kind=TUBE), pair(faces=(2, 5)), of(member(PLATE))
-    assert [one.are_plates for one in wrong] == [False] * 4
+    own = [of(member(PLATE), member(BAR, thick=8.0 / border / by)) for by in (BELOW, ABOVE)]
+    assert [one.is_of_one_wall for one in (*own, of())] == [True, False, True]
 
 
 def test_plates_with_a_common_side_are_one_stepped_plate() -> None:
@@ -141,17 +133,6 @@ def test_plates_with_a_common_side_are_one_stepped_plate() -> None:
     assert not of(low, member(BAR, faces=(1, 4), thick=30.0)).is_stepped_plate  # a bar thicker than the plate
     assert not of(low, leaning).is_stepped_plate  # equally thick
     assert [of(*some).are_parallel_plates for some in ((low, high), (low, leaning), (low, bar))] == [True, False, False]
-
-
-def test_a_pocket_is_one_ring_lower_than_wide_with_floors_within_it() -> None:
-    ring = member(TUBE, 60.0, 135.0, length=59.0)  # 90 mm by the root of its area
-    floor = member(PLATE, 8.0, 89.0)
-    assert of(ring, floor).is_pocket
-    wrong = (
-        (member(TUBE, 60.0, 135.0, length=60.0), floor), (ring, member(PLATE, 8.0, 90.0)),
-        (ring, member(PLATE, 8.0, 89.0, axis=X)), (ring,), (floor,), (ring, ring, floor), (ring, floor, member(BAR)),
-    )  # fmt: skip
-    assert [of(*some).is_pocket for some in wrong] == [False] * len(wrong)
 
 
 def test_faces_are_between_members_or_inside_one() -> None:

@@ -236,7 +236,9 @@ class Judge:
             return
         bolts, holes = sum(clamp.bolts for clamp in here), sum(clamp.holes for clamp in here)
         if bolts:
-            yield Rule.BOLTED.found(f"{bolts} bolt{'s hold' if bolts > 1 else ' holds'} the two members together here")
+            yield Rule.BOLTED.found(
+                f"{bolts} bolt{'s hold' if bolts > 1 else ' or pin holds'} the two members together here"
+            )
         elif holes > 1:
             yield Rule.LINED_UP.found(f"{holes} holes of the two members line up here")
         elif any(clamp.far_walls for clamp in here):

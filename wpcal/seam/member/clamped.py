@@ -53,6 +53,7 @@ class Holes:
     #: shape (n,). Whether the solid is round about the same axis outside, too: a ring, a boss, the end of a lug, a
     #: pipe.
     is_boss: BoolArray
+    pin: IntArray  #: shape (n,). A solid without a bore of which a round bar goes through it; -1 if there is none.
     face: tuple[IntArray, ...]  #: Its faces.
 
     def __len__(self) -> int:
@@ -96,7 +97,8 @@ def find_bolt_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
     r, e = (np.array([one[k] for one in found], dtype=np.int64) for k in (0, 1))
     return Holes(
         graph.face_solid[faces[r]], foot[r], foot[e], z[r], graph.face_param[faces[r], 0], low[r], high[r],
-        _are_bosses(graph, faces[r], z[r], foot[r]) & (r == e), tuple(one[2] for one in found),
+        _are_bosses(graph, faces[r], z[r], foot[r]) & (r == e),
+        _pins(graph, trimmed, z[r], foot[r], (low[r] + high[r]) / 2), tuple(one[2] for one in found),
     )  # fmt: skip
 
 
@@ -196,6 +198,20 @@ def _are_bosses(graph: BrepGraph, faces: IntArray, z: FloatArray, foot: FloatArr
     return found
 
 
+def _pins(graph: BrepGraph, trimmed: TrimmedFaces, z: FloatArray, foot: FloatArray, middle: FloatArray) -> IntArray:
+    """Return the solid of which a round bar goes through each hole, one without a bore; -1 where there is none."""
+    round_ = np.flatnonzero(graph.face_kind == SurfaceKind.CYLINDER)
+    bored = graph.face_solid[round_[graph.face_outward[round_] < 0]]
+    bars = round_[~np.isin(graph.face_solid[round_], bored)]
+    found = np.full(len(z), -1)
+    for row in range(len(z)):
+        on = bars[off_axis(graph.face_frame[bars, 0], foot[row], z[row]) <= COAXIAL_MM]
+        for bar in on[np.abs(graph.face_frame[on, 3] @ z[row]) > 1 - COAXIAL_SIN].tolist():
+            at = trimmed.heights(bar, z[row]) - middle[row]
+            found[row] = graph.face_solid[bar] if len(at) and at.min() < 0.0 < at.max() else found[row]
+    return found
+
+
 def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp, ...]:
     """Find the places at which bolts, or holes for them, hold two members together.
 
@@ -222,7 +238,9 @@ def _holes_in_line(holes: Holes, fasteners: Mapping[int, Fastener]) -> Iterator[
             continue
         bosses = int(holes.is_boss[a]) + int(holes.is_boss[b])
         clamp = Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, max(bosses, 1), 0)
-        if bosses == HINGED:
+        if holes.pin[a] == holes.pin[b] >= 0 and int(holes.pin[a]) not in fasteners:
+            yield replace(clamp, bolts=1, holes=0)
+        elif bosses == HINGED:
             knuckles[pair].append(clamp)
         elif bosses == 0:
             yield replace(clamp, far_walls=_has_far_wall(holes, a) + _has_far_wall(holes, b))

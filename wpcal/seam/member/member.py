@@ -24,7 +24,9 @@ SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 than this share of its height."""
 DRAWN_SOLID_MM = 150.0  #: Plates are sold up to this thickness; what is thicker was a box, and was drawn solid.
 THICKEST_BAR_MM = 250.0  #: Bars are rolled, and boards are cut, up to this thickness.
-NOTHING_ELSE = 0.99  #: Members that explain so much of the surface are the whole solid: rounds and bosses are more.
+SMALL_MM, SMALL_THICK_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3.5, 3, 0.2
+"""A case has so many ribs, and more than this share of its members, that are smaller (root of the area; of a bar, its
+length) and thinner: 20 weldments have one each at most. Tabs of plate may be as small, but are thicker."""
 ONE_WALL = 0.1  #: Walls of a moulded tray differ by less than this share; sheets are sold in larger steps.
 THINNEST_MM = 1.2  #: An arc burns through sheet that is thinner than the usual wire.
 
@@ -142,6 +144,14 @@ class Decomposition:
         return not is_stock and min(self.thick_mm, default=THINNEST_MM) < THINNEST_MM
 
     @property
+    def has_ribs(self) -> bool:
+        """Tell whether many of its plates, bars and sheets are as small and thin as the ribs of a moulded case."""
+        cut = [one for one in self.members if one.kind in (*FLAT, MemberKind.SHEET)]
+        sizes = [(max(one.section[1], one.length_mm), one.thickness_mm) for one in cut]
+        small = sum(mm < SMALL_MM and thick <= SMALL_THICK_MM for mm, thick in sizes)
+        return bool(small >= MANY_SMALL and small > SMALL_SHARE * len(self.members))
+
+    @property
     def thick_mm(self) -> list[float]:
         """How thick its members are, mm."""
         return [one.thickness_mm for one in self.members]
@@ -150,13 +160,6 @@ class Decomposition:
     def is_of_one_wall(self) -> bool:
         """Tell whether all members are about as thick."""
         return max(self.thick_mm, default=0.0) * (1.0 - ONE_WALL) <= min(self.thick_mm, default=0.0)
-
-    @property
-    def are_plates(self) -> bool:
-        """Tell whether there are only plates and bars, not all of one thickness, none with a side of another one."""
-        if self.is_of_one_wall or self.share < NOTHING_ELSE or any(one.kind not in FLAT for one in self.members):
-            return False
-        return not any(one.faces & other.faces for one, other in combinations(self.members, 2))
 
     @property
     def is_stepped_plate(self) -> bool:
@@ -168,20 +171,6 @@ class Decomposition:
         is_flat = all(one.kind in FLAT and one.is_as_thin(most) for one in self.members)
         on_one_face = frozenset.intersection(*(one.faces for one in self.members))
         return is_flat and bool(on_one_face) and most.thickness_mm > min(self.thick_mm) + FLUSH_MM
-
-    @property
-    def is_pocket(self) -> bool:
-        """Tell whether there is one ring, lower than wide, and plates across it that do not reach beyond it.
-
-        A floor that is welded to a piece of tube is a foot, and wider than the tube, or a cap on a long one.
-        """
-        rings = [one for one in self.members if one.kind is MemberKind.TUBE]
-        floors = [one for one in self.members if one.kind is MemberKind.PLATE]
-        if len(rings) != 1 or not floors or len(floors) != len(self.members) - 1:
-            return False
-        (ring,), most_mm = rings, np.sqrt(np.prod(rings[0].section))
-        across = all(abs(one.axis @ ring.axis) > ON_COS and one.section[1] < most_mm for one in floors)
-        return bool(across and ring.length_mm < ring.section[0])
 
     @property
     def are_parallel_plates(self) -> bool:

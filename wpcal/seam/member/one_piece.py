@@ -35,25 +35,21 @@ from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.hypotheses import lugs_of
-from wpcal.seam.member.member import FLAT, ON_COS, ON_MM, Decomposition, MemberKind
+from wpcal.seam.member.member import ON_COS, ON_MM, MemberKind
 from wpcal.seam.member.members import members_of
 
-LEAST_EXPLAINED = 0.94
-"""Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""
-LEAST_BETWEEN = 0.25
-"""Of the inner corners of a solid that members explain in part, at least so much is between slender members if it was
-welded: of some 200 files that nobody welds, the highest has 0.12."""
+LEAST_EXPLAINED = 0.94  #: Members explain so much of the surface of a weldment, if thicknesses alone do not tell.
+LEAST_BETWEEN, LEAST_PARTLY_MM = 0.25, 350.0
+"""A solid that members explain in part was welded if so much of its inner corners is between slender members, and its
+diagonal is longer: pumps and gear cases that nobody welds have up to 332 mm."""
 LEAST_TOUCHED = 0.75
 """Of a solid of several members that touches others, at least so much of the surface is on plates, bars and tubes; what
 is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
-SMALL_MM, SMALL_THICK_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3.5, 3, 0.2
-"""A solid is one piece if so many plates, bars and sheets, and more than this share of its members, are smaller (root
-of the area; of a bar, its length) and thinner than this: 20 weldments have one each at most, in printed boxes a quarter
-of the members are such. Tabs of plate may be as small, but are thicker."""
-TINY_MM, TINY_WALL_MM, TINY_WALL = 200.0, 2.6, 0.009
-"""A solid of a shorter diagonal with a member thinner than this is one piece: of ten such nine were printed or milled.
-The tenth was a tab: two plates of two thicknesses and no more; walls of prints are of one. Of several thicknesses, one
-may be less than the last share of the diagonal: a print would break. Of 14 prints the thinnest has 0.0115."""
+COMPACT_MM, UNEXPLAINED, LOOSE = 115.0, 1300.0, 16.0
+"""A solid of a shorter diagonal was made as one piece. The length grows with the root of 1, plus the second times the
+share of the surface that no member explains times the share on no plate, bar or tube of few thicknesses, plus the third
+times the share of inner corners that are neither between two members nor inside one. Fitted to 140 bodies of weldments
+and 240 that nobody welds (`docs/benchmark.md`)."""
 MANY_WALLS = 8  #: So many thin walls of one thickness, round corners among them, were moulded.
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
@@ -65,8 +61,7 @@ OFF_BEND = 0.6  #: The two rounds of a bend have one axis, within this share of 
 LEAST_WALLS = 3  #: Of a pocket in a plate: what has fewer is the seat of a screw.
 VESSEL_WALL = 0.03  #: A vessel that was drawn or blown has a wall thinner than this share of its width.
 MOST_ROOTS, SQUARE_COS = 8, 0.5  #: Sections with more square inner corners are extruded, with slots for clamps.
-SAME_LENGTH_MM = 0.01
-"""Edges whose lengths agree within this are equal. Solids with equal edges and faces are one body."""
+SAME_LENGTH_MM = 0.01  #: Edges whose lengths agree within this are equal; solids of equal edges and faces are one.
 
 
 @dataclass(slots=True, eq=False)
@@ -96,12 +91,12 @@ class OnePieces:
             return "it is a thin cup, deeper than wide: it looks drawn, blown or moulded"
         found = members_of(self.graph, self.trimmed, solid)
         if found.is_one or self._is_turned(solid):
-            return _why_extruded(self.graph, found)
+            return _why_extruded(self.graph, self.trimmed, solid)
         why = why_one_piece(self.graph, self.trimmed, solid)
         if why is None and (share := built_up_share(self.graph, self.trimmed, solid)) < LEAST_TOUCHED:
             words = "of its surface is on plates, bars or tubes: it looks cast, moulded or milled"
             return f"several members explain it, but only {share:.0%} {words}"
-        return why or _why_small(self.graph, self.trimmed, solid)
+        return why or _why_ribbed(self.graph, self.trimmed, solid)
 
     def _is_turned(self, solid: int) -> bool:
         """Tell whether nearly the whole surface is round about one axis, holes and keyways left out."""
@@ -151,10 +146,13 @@ def _why_turned(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     return "all its faces are round about one axis: it looks turned" if is_turned(graph, trimmed, solid) else None
 
 
-def _why_extruded(graph: BrepGraph, found: Decomposition) -> str | None:
-    n, profiles = graph.face_frame[:, 3], (one for one in found.members if one.kind is MemberKind.PROFILE)
-    roots = sum(abs(float(n[a] @ n[b])) < SQUARE_COS for one in profiles for a, b in one.roots)
-    return f"its section has {roots} inner corners: it is an extrusion" if roots > MOST_ROOTS else None
+def _why_extruded(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    n = graph.face_frame[:, 3] * graph.face_outward[:, None]
+    plane, most = np.round(np.column_stack([n, np.einsum("fi,fi->f", n, graph.face_frame[:, 0])]), 1), 0
+    for one in members_of(graph, trimmed, solid).members:
+        roots = {(*plane[a], *plane[b]) for a, b in one.roots if abs(float(n[a] @ n[b])) < SQUARE_COS}
+        most = max(most, len(roots) if one.kind is MemberKind.PROFILE else 0)
+    return f"its section has {most} inner corners: it is an extrusion" if most > MOST_ROOTS else None
 
 
 def _why_unexplained(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
@@ -189,8 +187,9 @@ def _why_pressed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | N
     found = members_of(graph, trimmed, solid)
     sheets = [face for one in found.members if one.kind is MemberKind.SHEET for face in one.faces]
     wall_mm, count = min(found.thick_mm, default=0.0), len(found.members)
-    if sheets and found.is_of_one_wall and count >= MANY_WALLS and wall_mm <= MOULDED_MM + ON_MM:
-        return f"its {count} walls are {wall_mm:.2g} mm thick, with round corners: it looks moulded"
+    is_round = sheets and count >= MANY_WALLS and wall_mm <= MOULDED_MM + ON_MM
+    if found.is_of_one_wall and (is_round or found.is_moulded):
+        return f"its {count} walls are {wall_mm:.2g} mm thick: it looks moulded"
     closed = graph.edge_faces[graph.is_seam_edge]
     if not ((graph.face_kind[sheets] == SurfaceKind.NURBS) & ~np.isin(sheets, closed)).any():
         return None
@@ -199,31 +198,17 @@ def _why_pressed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | N
     return "it is of one thickness, with free-form sheet: it looks pressed or moulded" if found.is_of_one_wall else None
 
 
-def _why_small(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    """Tell how many plates, bars and sheets are as small and thin as `SMALL_MM` says, bolts left out, if many are."""
-    members, bolts = members_of(graph, trimmed, solid).members, screw_faces(graph, trimmed, solid)
-    kinds = (MemberKind.PLATE, MemberKind.BAR, MemberKind.SHEET)
-    cut = [one for one in members if one.kind in kinds and one.thickness_mm <= SMALL_THICK_MM]
-    small = sum(max(one.section[1], one.length_mm) < SMALL_MM and not one.faces <= bolts for one in cut)
-    if small < MANY_SMALL or small <= SMALL_SHARE * len(members):
-        return None
-    return f"{small} of its {len(members)} members are below {SMALL_MM:g} mm: it looks moulded or printed"
+def _why_ribbed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    is_case = members_of(graph, trimmed, solid).has_ribs
+    return "many of its members are small: it looks moulded or printed" if is_case else None
 
 
 def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    found = members_of(graph, trimmed, solid)
-    if found.is_stepped_plate:
+    if members_of(graph, trimmed, solid).is_stepped_plate:
         return "it is one plate with steps or pads: it looks milled or printed"
-    if found.is_pocket:
-        return "it is a low ring with a floor in it: its pocket looks milled or printed"
     corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid)]
-    if any(_is_enclosed(graph, face, corners) for face in _milled_floors(graph, trimmed, solid)):
-        return "it is a plate with a pocket in it: it looks milled or printed"
-    corners = [faces for faces in corners if not found.is_inside(*faces)]
-    is_flat = all(one.kind in FLAT for one in found.members)
-    is_joint = any(found.is_joint(*faces) for faces in corners)
-    words = "none of its inner corners is between two of its members: it looks milled or printed"
-    return words if is_flat and corners and not is_joint else None
+    has_pocket = any(_is_enclosed(graph, face, corners) for face in _milled_floors(graph, trimmed, solid))
+    return "it is a plate with a pocket in it: it looks milled or printed" if has_pocket else None
 
 
 def _milled_floors(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
@@ -256,17 +241,21 @@ def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
     return len(walls) >= LEAST_WALLS and bool((np.isin(beside, list(walls)) | is_hollow[beside]).all())
 
 
-def _why_tiny(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+@once_per_solid
+def _why_compact(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     size, found = float(np.linalg.norm(trimmed.solid_sides_mm[solid])), members_of(graph, trimmed, solid)
-    thin = TINY_WALL_MM if found.are_plates else min(found.thick_mm, default=TINY_WALL_MM)
-    is_sheet = thin < TINY_WALL * size and not found.is_of_one_wall
-    words = f"it is {size:.0f} mm long with a wall of {thin:.1f} mm: it looks moulded or printed"
-    return words if size < TINY_MM and thin < TINY_WALL_MM and not is_sheet else None
+    corners = _inner_corners(graph, trimmed, solid)
+    loose_mm = sum(mm for *faces, mm in corners if not found.is_joint(*faces) and not found.is_inside(*faces))
+    loose = loose_mm / max(sum(mm for *_, mm in corners), ON_MM)
+    left = ((size / COMPACT_MM) ** 2 - 1.0 - LOOSE * loose) / UNEXPLAINED
+    if left >= 1.0 - found.share or left >= (1.0 - found.share) * (1.0 - built_up_share(graph, trimmed, solid)):
+        return None
+    words = f"members explain {found.share:.0%} of its surface and {1.0 - loose:.0%} of its inner corners"
+    return f"its diagonal is {size:.0f} mm, and {words}: it looks cast, moulded, printed or milled"
 
 
-CAST = (_why_turned, _why_unexplained, _why_timber)
-"""Reasons why a solid is not built up, as they are asked."""
-FORMED = (_why_pressed, _why_small, _why_milled, _why_tiny)
+CAST = (_why_turned, _why_unexplained, _why_timber)  #: Reasons why a solid is not built up, as they are asked.
+FORMED = (_why_extruded, _why_pressed, _why_ribbed, _why_milled)
 """Reasons why its own corners are no welds. A milled plate is a member of others, a case of small walls is not."""
 
 
@@ -296,9 +285,9 @@ def are_welded_corners(
 def _slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[tuple[int, int]]:
     """Return the pairs of faces at corners between two slender members; none if most of its other corners are not.
 
-    Corners inside members do not count.
+    Corners inside members do not count. None of a solid that members explain either: it is too small for a weldment.
     """
-    found = members_of(graph, trimmed, solid)
+    found, size = members_of(graph, trimmed, solid), np.linalg.norm(trimmed.solid_sides_mm[solid])
     corners, pairs, between_mm, other_mm = _inner_corners(graph, trimmed, solid), set(), 0.0, 0.0
     for wall, base, mm in corners:
         if found.is_between(wall, base):
@@ -306,7 +295,8 @@ def _slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> froze
             between_mm += mm
         elif not found.is_inside(wall, base):
             other_mm += mm
-    if not pairs or between_mm < LEAST_BETWEEN * (between_mm + other_mm):
+    is_welded = between_mm >= LEAST_BETWEEN * (between_mm + other_mm) and size >= LEAST_PARTLY_MM
+    if not pairs or not is_welded or why_one_piece(graph, trimmed, solid) is None:
         return frozenset()
     lugs = lugs_of(graph, trimmed, solid)
     at_lugs = {(min(a, b), max(a, b)) for a, b, _ in corners if any((a in lug) != (b in lug) for lug in lugs)}
@@ -326,7 +316,8 @@ def _inner_corners(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> list[
 def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
     """Tell which solids may have been welded from several members, shape (n,)."""
     sample_surfaces(graph, trimmed, [solid for solid in solids.tolist() if not is_turned(graph, trimmed, solid)])
-    found = np.array([why_one_piece(graph, trimmed, solid) is None for solid in solids.tolist()], dtype=bool)
+    whys = [why_one_piece(graph, trimmed, solid) or _why_compact(graph, trimmed, solid) for solid in solids.tolist()]
+    found = np.array([why is None for why in whys], dtype=bool)
     found[found] = np.isin(solids[found], are_apart(graph, trimmed, solids[found], gap_mm))
     return found
 
@@ -397,11 +388,11 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
     solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
     solids, counts = np.unique(solid_of, return_counts=True)
     most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
-    pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
     found = []
-    for solid, count in pairs:
+    for solid, count in zip(solids[most].tolist(), counts[most].tolist(), strict=True):
         screwed = "" if _inner_corners(graph, trimmed, solid) else "those that may be welds are round bolts or screws"
-        why = why_one_piece(graph, trimmed, solid) or _why_formed(graph, trimmed, solid) or screwed
+        of = (graph, trimmed, solid)
+        why = why_one_piece(*of) or _why_formed(*of) or _why_compact(*of) or screwed
         found += [(solid, count, why)] if why else []
     return found
 
