@@ -13,9 +13,11 @@ from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
 from wpcal.brep import BrepGraph
 from wpcal.brep.material import ExactMaterial
+from wpcal.brep.repeats import solid_shapes
 from wpcal.core.arrays import IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
+from wpcal.core.process import give_memory_back
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import listed
 from wpcal.pages.draw.seam import explained_svg
@@ -35,7 +37,7 @@ from wpcal.seam.member.said import said_about
 from wpcal.seam.names import seams_named
 from wpcal.seam.options import Judging, Reach
 from wpcal.seam.seam import SeamPieces
-from wpcal.seam.search import find_part_seams
+from wpcal.seam.search import find_part_candidates
 from wpcal.weld.thickness import plate_thicknesses
 
 
@@ -66,11 +68,16 @@ class Explained:
 
 
 def find_seams(
-    workpiece: Openable, options: SeamOptions | None = None, choice: SeamChoice | None = None
+    workpiece: Openable,
+    options: SeamOptions | None = None,
+    choice: SeamChoice | None = None,
+    *,
+    keep_shapes: bool = True,
 ) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece. For solids that overlap, the kernel first computes the intersection curves.
 
     `workpiece`: What `open_workpiece` takes.
+    `keep_shapes`: False where nobody asks for the shapes of the file after this.
     Returns `seams`: tuple of Seam. With frames in `part`.
     Returns `workpiece`: The same workpiece, with those curves in its graph, with the pairs that failed in its issues,
     and with what its solids are taken for.
@@ -78,7 +85,8 @@ def find_seams(
     workpiece, options, choice = open_workpiece(workpiece), options or SeamOptions(), choice or SeamChoice()
     options = replace(options, judging=options.judging.after(choice.judging))
     of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())
-    found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
+    keep_shapes = keep_shapes or bool(choice.marked or choice.places)
+    found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice, keep_shapes))
     workpiece = workpiece.with_sections(found.graph or workpiece.graph, found.notes, found.issues)
     return decide(workpiece, found.seams, choice.edits, options), workpiece
 
@@ -105,29 +113,38 @@ class _Found:
     issues: tuple[Issue, ...]
 
 
-def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Found:
+def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice, keep_shapes: bool) -> _Found:
     graph, trimmed = workpiece.graph, workpiece.trimmed
+    solid_shapes(graph, trimmed)  # as read: edges that are added later are not the same on every copy
     options = with_play(graph, trimmed, options)
     judging = replace(options.judging, members=tuple(said_about(graph, trimmed, options.judging).members))
     notes = replace(take_members(graph, trimmed, judging).notes, play=options.play or ())
     mark = partial(_mark, workpiece, choice) if choice.marked or choice.places else None
-    found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
-    issues = (*found.issues, *covered_issues(graph, trimmed))
+    known = find_part_candidates(graph, trimmed, options, cross=partial(_cross, workpiece, keep_shapes), mark=mark)
+    give_memory_back()  # what the search took
+    wide, seams = known.trimmed.graph, known.judged(options)
+    issues = (*known.issues, *covered_issues(graph, trimmed))
     if notes.unused:
         what = "decides about no solid of this part" if len(notes.unused) == 1 else "decide about no solid of this part"
         issues = (*issues, Issue("pattern-unused", f"{listed(notes.unused)} {what} (--weld, --not)", notes.unused))
-    if not found.seams and options.concave is ConcaveEdges.AUTO:
-        whole = find_whole_solids(found.graph, trimmed.with_graph(found.graph))
-        issues = (*issues, *left_out(found.graph, trimmed.with_graph(found.graph), whole))
+    if not seams and options.concave is ConcaveEdges.AUTO:
+        whole = find_whole_solids(wide, trimmed.with_graph(wide))
+        issues = (*issues, *left_out(wide, trimmed.with_graph(wide), whole))
         notes = notes.with_whole({solid: why for solid, _, why in whole})
-    told = why_nothing_is_found(found.seams, len(graph.solid_names), options.gap_for(graph))
-    issues = (*issues, *why_none_is_taken(found.seams), *told)
-    is_wider = found.graph.edge_count > graph.edge_count
-    return _Found(found.seams, found.graph if is_wider else None, notes.with_shapes(found.seams), issues)
+    told = why_nothing_is_found(seams, len(graph.solid_names), options.gap_for(graph))
+    issues = (*issues, *why_none_is_taken(seams), *told)
+    return _Found(seams, wide if wide.edge_count > graph.edge_count else None, notes.with_shapes(seams), issues)
 
 
-def _cross(workpiece: Workpiece, graph: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
-    """Add the curves in which pairs of solids meet; the kernel computes them."""
+def _cross(
+    workpiece: Workpiece, keep_shapes: bool, graph: BrepGraph, pairs: IntArray
+) -> tuple[BrepGraph, SeamPieces | None, tuple[Issue, ...]]:
+    """Add the curves in which pairs of solids meet; the kernel computes them. Without a pair it is not needed again."""
+    if not len(pairs):
+        if workpiece.source is not None and not keep_shapes:
+            workpiece.source.let_shapes_go()
+            give_memory_back()
+        return graph, None, ()
     solids = workpiece.solids
     from cad.kernel.section import add_sections
 
@@ -162,7 +179,8 @@ def list_seams(
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     progress(f"finding seams: {workpiece.size}")
-    seams, workpiece = find_seams(workpiece, options, choice)
+    volumes_mm3 = workpiece.volumes_mm3 if members else ()
+    seams, workpiece = find_seams(workpiece, options, choice, keep_shapes=mesh)
     png, part_glb = None, None
     if picture:
         from cad.draw.picture import seams_png
@@ -174,7 +192,7 @@ def list_seams(
         part_glb, _ = draw_part(workpiece.file)
     notes = workpiece.member_notes or MemberNotes(options.judging, ())
     if members:
-        notes = weighed_members(workpiece.graph, workpiece.trimmed, notes, workpiece.volumes_mm3)
+        notes = weighed_members(workpiece.graph, workpiece.trimmed, notes, volumes_mm3)
     told = None if explain is None else _explained(workpiece, seams, notes, explain, Path(step).name, options.reach)
     return seams, notes, workpiece.issues, png, part_glb, told
 

@@ -86,13 +86,17 @@ class StepFile:
         return read_step(self.path, data=self.data)
 
     def hand_over_step(self) -> StepPart:
-        """Return the file as the kernel reads it, and keep nothing of it here: `step` would read the file again.
+        """Return the file as the kernel reads it, and keep nothing of it here."""
+        part = self.step
+        self.let_shapes_go()
+        return part
+
+    def let_shapes_go(self) -> None:
+        """Keep nothing of what the kernel read; who asks for `step` after this lets it read the file again.
 
         The shapes of a large part take as much memory as all else together.
         """
-        part = self.step
-        del self.__dict__["step"]
-        return part
+        self.__dict__.pop("step", None)
 
     @cached_property
     def content(self) -> PartContent:
@@ -102,7 +106,9 @@ class StepFile:
     @cached_property
     def trimmed(self) -> TrimmedFaces:
         """The boundaries of the faces as pieces."""
-        return TrimmedFaces.of(self.content.graph)
+        trimmed = TrimmedFaces.of(self.content.graph)
+        give_memory_back()  # what sampling took
+        return trimmed
 
     @cached_property
     def features(self) -> tuple[ReferenceFeature, ...]:

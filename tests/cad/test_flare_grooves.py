@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -29,13 +28,14 @@ from tests.samples.flares import (
     u_bar_on_plate,
     wheel_on_rail,
 )
+from tests.samples.graphs import nothing_crosses
 from wpcal.brep import BrepGraph, CurveKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import Seam, SeamOptions, SeamSource, WeldType, detect_seams
 from wpcal.seam.find.flare_grooves import add_grooves
-from wpcal.seam.search import find_part_seams
+from wpcal.seam.search import find_part_candidates
 
 EXACT = 1e-6  #: mm, or rad: lines and circles through points that Newton's method finds to round-off.
 POSES = [[700, -300, 40, 0.4, -1.1, 2.0], [0, 0, 0, 0, 0, 0]]  #: Turned about all axes, and as drawn, mm and rad.
@@ -89,10 +89,10 @@ def test_flush_tubes_have_a_flare_bevel_on_both_sides(
 
 
 def test_flush_tubes_that_are_one_body_have_the_same_grooves() -> None:
-    solids, cross = flush_tubes(10.0, 5.0), cast(Any, None)  # one solid crosses no other one
+    solids = flush_tubes(10.0, 5.0)
     graph = to_brep([("body", Solid(solids[0][1]).fuse(Solid(solids[1][1])).clean().solid().wrapped)])
-    found = find_part_seams(graph, TrimmedFaces.of(graph), SeamOptions(), cross=cross).seams
-    seams = [seam for seam in found if seam.source is SeamSource.FLARE and seam.accepted]
+    found = find_part_candidates(graph, TrimmedFaces.of(graph), SeamOptions(), cross=nothing_crosses)
+    seams = [seam for seam in found.judged(SeamOptions()) if seam.source is SeamSource.FLARE and seam.accepted]
     for one, other in zip(seams, grooves_of(solids, POSES[1])[1], strict=True):
         np.testing.assert_allclose(one.frames.p[[0, -1]], other.frames.p[[0, -1]], rtol=0, atol=EXACT)
 

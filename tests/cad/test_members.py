@@ -27,6 +27,7 @@ from build123d import (
 
 from cad.kernel.to_brep import to_brep
 from tests.few import few
+from tests.samples.graphs import nothing_crosses
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.robot.torch.shape import TorchShape
@@ -36,7 +37,7 @@ from wpcal.seam.member.member import Decomposition, Member, MemberKind
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.seam import SeamSource
-from wpcal.seam.search import find_part_seams
+from wpcal.seam.search import find_part_candidates
 
 ALONG = (Align.CENTER, Align.CENTER, Align.MIN)
 LOW = (Align.MIN, Align.MIN, Align.MIN)
@@ -60,8 +61,7 @@ def graph_of(shape: Any) -> tuple[BrepGraph, TrimmedFaces]:
 
 def fused_seams(shape: Any) -> tuple[Seam, ...]:
     graph, trimmed = graph_of(shape)
-    cross: Any = None  # one solid crosses no other one
-    return find_part_seams(graph, trimmed, SeamOptions(), cross=cross).seams
+    return find_part_candidates(graph, trimmed, SeamOptions(), cross=nothing_crosses).judged(SeamOptions())
 
 
 @pytest.mark.parametrize("root", few([12.0, 0.0], 1))

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, blocks
 
 FAN = 8  #: Boxes in one node: with eight, 500 boxes make a tree of three levels, and a node costs eight tests.
 MORTON_BITS = 10
 """Bits per coordinate for the order along the curve: 1024 cells per side, finer than the distance of neighbours."""
-CHUNK = 5_000  #: Queries that go down the tree together: their data fits the processor's cache.
+CHUNK = 1_000  #: Queries that go down the tree together: their data fits the processor's cache.
+PAIRS = 50_000  #: Pairs of a query and a box that are compared together: more only take memory.
 FAR_MM = 1e9  #: An empty box begins here, and ends here on the other side.
 
 Meets = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
@@ -58,12 +59,9 @@ class BoxTree:
 
         Returns `query`, `box`: ndarray of int, shape (k,). Sorted by query, then box.
         """
-        none = np.zeros(0, dtype=np.int64)
-        found = [
-            self._down(np.arange(first, min(first + CHUNK, count)), meets)
-            for first in range(0, count if len(self.order) else 0, CHUNK)
-        ]
-        query, box = (np.concatenate(column) for column in zip(*found, strict=True)) if found else (none, none)
+        rows = np.arange(count if len(self.order) else 0)
+        found = [self._down(rows[some], meets) for some in blocks(len(rows), CHUNK)]
+        query, box = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((box, query))
         return query[order], box[order]
 
@@ -88,7 +86,9 @@ class BoxTree:
         top = self.levels[-1][0].shape[1]
         query, node = np.repeat(queries, top), np.tile(np.arange(top), len(queries))
         for number, (low, high) in reversed(list(enumerate(self.levels))):
-            met = meets(query, np.take(low, node, axis=1), np.take(high, node, axis=1))
+            rows = blocks(len(query), PAIRS)
+            ends = ((np.take(corner, node[some], axis=1) for corner in (low, high)) for some in rows)
+            met = np.concatenate([meets(query[some], *of) for some, of in zip(rows, ends, strict=True)])
             query, node = query[met], node[met]
             if number:
                 below = self.levels[number - 1][0].shape[1]

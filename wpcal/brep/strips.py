@@ -11,13 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, blocks, numbered_rows
 
 SLACK = 1e-6  #: Pieces and faces are wider than they are by this, mm or rad: they are compared with rounded numbers.
 WIDEST_RAD = np.pi / 2 - 1e-3
 """A boundary that is farther from the middle of its angles may go all the way round: its strips do so, too."""
 PIECES = 2
 """There is one strip per so many pieces: more strips hold no fewer pieces each, as a piece begins in one or two."""
+TOGETHER = 4_000  #: Faces that are divided together: all of a large part would take much memory.
 MOST_STRIPS = 512  #: Of a face: a long straight piece is listed in each of them.
 
 
@@ -41,25 +42,15 @@ class Strips:
         `start`: shape (F + 1,). The pieces of face f are ``start[f]:start[f + 1]``.
         `begin`, `end`: shape (n,). Where the pieces begin and end, in u. One that turns goes the shorter way.
         """
-        low, width = _ranges(turns, start, begin, end)
-        face = np.repeat(np.arange(len(turns)), np.diff(start))
-        strips = np.clip(np.diff(start) // PIECES, 1, MOST_STRIPS)
-        first = np.concatenate([[0], np.cumsum(strips)])
-        run = np.where(turns[face], wrap_angle(end - begin), end - begin)
-        at = _from(low, turns, face, begin)
-        share = strips[face] / width[face]
-        least, most = (
-            np.floor(u * share).astype(np.int64)
-            for u in (np.minimum(at, at + run) - SLACK, np.maximum(at, at + run) + SLACK)
-        )
-        goes_round = turns[face] & (width[face] >= 2.0 * np.pi)
-        least, most = (np.where(goes_round, number, np.clip(number, 0, strips[face] - 1)) for number in (least, most))
-        count = np.minimum(most - least + 1, strips[face])
-        row = np.repeat(np.arange(len(face)), count)
-        number = least[row] + np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-        strip = first[face[row]] + np.mod(number, strips[face[row]])
-        order = np.argsort(strip, kind="stable")
-        return cls(low, width, turns, first, np.searchsorted(strip[order], np.arange(first[-1] + 1)), row[order])
+        found = []
+        for faces in blocks(len(turns), TOGETHER):
+            own = start[faces.start : faces.stop + 1]
+            some = slice(own[0], own[-1])
+            *columns, piece = _divided(turns[faces], own - own[0], begin[some], end[some])
+            found.append((*columns, piece + own[0]))
+        low, width, strips, pieces, piece = (np.concatenate(column) for column in zip(*found, strict=True))
+        first, start = (np.concatenate([[0], np.cumsum(counts)]) for counts in (strips, pieces))
+        return cls(low, width, turns, first, start, piece)
 
     def pairs(self, faces: IntArray, u: FloatArray, most: int) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a row of `faces` and a piece of that face that may cross its meridian.
@@ -81,11 +72,34 @@ class Strips:
             yield rows[row], self.piece[item]
 
 
+def _divided(
+    turns: BoolArray, start: IntArray, begin: FloatArray, end: FloatArray
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray, IntArray]:
+    """Return `low` and `width` of faces, how many strips each has, how many pieces each strip, and the pieces."""
+    low, width = _ranges(turns, start, begin, end)
+    face = np.repeat(np.arange(len(turns)), np.diff(start))
+    strips = np.clip(np.diff(start) // PIECES, 1, MOST_STRIPS)
+    first = np.cumsum(strips) - strips
+    run = np.where(turns[face], wrap_angle(end - begin), end - begin)
+    at = _from(low, turns, face, begin)
+    share = strips[face] / width[face]
+    least, most = (
+        np.floor(u * share).astype(np.int64)
+        for u in (np.minimum(at, at + run) - SLACK, np.maximum(at, at + run) + SLACK)
+    )
+    goes_round = turns[face] & (width[face] >= 2.0 * np.pi)
+    least, most = (np.where(goes_round, number, np.clip(number, 0, strips[face] - 1)) for number in (least, most))
+    count = np.minimum(most - least + 1, strips[face])
+    row, number = numbered_rows(count)
+    number = least[row] + number
+    strip = first[face[row]] + np.mod(number, strips[face[row]])
+    return low, width, strips, np.bincount(strip, minlength=strips.sum()), row[np.argsort(strip, kind="stable")]
+
+
 def items_of(start: IntArray, rows: IntArray) -> tuple[IntArray, IntArray]:
     """Return pairs of a place in `rows`, shape (m,), and an item of row i: ``start[i]`` to ``start[i + 1] - 1``."""
-    count = start[rows + 1] - start[rows]
-    at = np.repeat(np.arange(len(rows)), count)
-    return at, np.arange(len(at)) + np.repeat(start[rows] - (np.cumsum(count) - count), count)
+    at, number = numbered_rows(start[rows + 1] - start[rows])
+    return at, start[rows][at] + number
 
 
 def items_in_chunks(start: IntArray, rows: IntArray, most: int) -> Iterator[tuple[IntArray, IntArray]]:

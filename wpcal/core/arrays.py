@@ -53,6 +53,17 @@ def _together(columns: list[Any]) -> Any:
     return columns[0].joined(columns) if isinstance(columns[0], Columns) else np.concatenate(columns)
 
 
+def blocks(count: int, most: int) -> list[slice]:
+    """Return slices of at most `most` of `count` rows, in order; one also for no row."""
+    return [slice(first, first + most) for first in range(0, max(count, 1), most)]
+
+
+def numbered_rows(counts: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the row of each item, and its number in the row, from 0 on; `counts`, shape (n,): items in each row."""
+    row = np.repeat(np.arange(len(counts)), counts)
+    return row, np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
 def frozen(values: ArrayLike) -> FloatArray:
     """Return a read-only float64 copy. Returns ndarray, same shape."""
     array = np.array(values, dtype=np.float64)

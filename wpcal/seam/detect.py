@@ -10,6 +10,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray
+from wpcal.core.process import give_memory_back
 from wpcal.seam.chain import rounded_place
 from wpcal.seam.copies import CopiedSeams
 from wpcal.seam.edit import candidates_of
@@ -174,7 +175,9 @@ def _reached(
         [seam for seam, own in zip(seams, judged, strict=True) if not own.inside and own.accepted == is_welded]
         for is_welded in (True, False)
     )
+    give_memory_back()  # a large part takes most where torches are felt
     cut = [piece for pieces in cut_where_unreached(graph, trimmed, welded, options) for piece in pieces]
+    give_memory_back()
     left = with_reach(graph, trimmed, others, options.reach)
     reached = [*with_hiding(graph, trimmed, cut, options.reach), *left]
     told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]

@@ -29,9 +29,9 @@ from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.turning import OPPOSED_REASON
 from wpcal.seam.seam import Seam, SeamPieces
 
-Cross: TypeAlias = Callable[[BrepGraph, IntArray], tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]]
+Cross: TypeAlias = Callable[[BrepGraph, IntArray], tuple[BrepGraph, SeamPieces | None, tuple[Issue, ...]]]
 """Adds the curves in which pairs of solids meet to a graph: the wider graph, the pieces, and the pairs that failed. The
-faces of the pieces have the numbers of the whole part."""
+faces of the pieces have the numbers of the whole part. It is also asked about no pair: nothing is added then."""
 Mark: TypeAlias = Callable[[BrepGraph], tuple[BrepGraph, MarkedEdges]]
 """Adds the edges that a person marked to a graph."""
 
@@ -41,12 +41,16 @@ WIRE_ROOM_MM = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PartSeams:
-    """The seams of a part."""
+class PartCandidates:
+    """What may be a seam of a part, before anything is judged."""
 
-    graph: BrepGraph  #: With the edges that were added.
-    seams: tuple[Seam, ...]  #: As `detect_seams` returns them.
+    trimmed: TrimmedFaces  #: Without beads, its graph with the edges that were added.
+    found: CopiedSeams
     issues: tuple[Issue, ...]  #: Pairs of solids that could not be crossed.
+
+    def judged(self, options: SeamOptions) -> tuple[Seam, ...]:
+        """Return the seams as `detect_seams` returns them."""
+        return judge_candidates(self.trimmed.graph, self.found, options, trimmed=self.trimmed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,23 +74,22 @@ class _Added:
         )
 
 
-def find_part_seams(
+def find_part_candidates(
     graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, cross: Cross, mark: Mark | None = None
-) -> PartSeams:
-    """Find the seams of a part."""
+) -> PartCandidates:
+    """Find what may be a seam of a part."""
     is_plain = mark is None and not options.judging.members
     once = _once_per_group(graph, trimmed, options, cross) if is_plain else None
     trimmed = without_beads(graph, trimmed)
     if once is not None:
         wide, found = once
-        return PartSeams(wide, judge_candidates(wide, found, options, trimmed=trimmed.with_graph(wide)), ())
+        return PartCandidates(trimmed.with_graph(wide), found, ())
     added, marked = _add(graph, trimmed, options, cross), None
     wide = added.graph
     if mark is not None:
         wide, marked = mark(wide)
     trimmed = trimmed.with_graph(wide)
-    found = CopiedSeams(tuple(added.find(trimmed, options, marked)))
-    return PartSeams(wide, judge_candidates(wide, found, options, trimmed=trimmed), added.issues)
+    return PartCandidates(trimmed, CopiedSeams(tuple(added.find(trimmed, options, marked))), added.issues)
 
 
 def _once_per_group(
@@ -102,8 +105,10 @@ def _once_per_group(
         return None
     firsts = Firsts.of(graph, copies)
 
-    def cross_firsts(part: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
+    def cross_firsts(part: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces | None, tuple[Issue, ...]]:
         wider, own, issues = cross(part, pairs)
+        if own is None:
+            return part, None, issues
         wall, base = (np.searchsorted(firsts.faces, faces) for faces in (own.wall, own.base))
         return wider, replace(own, wall=wall, base=base), issues
 
@@ -124,10 +129,8 @@ def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: C
     """Add the curves in which solids cross, those beside beads, and those in flare grooves."""
     pairs = interpenetrating_solids(graph, trimmed)
     pairs = pairs[count_solids(graph, trimmed, pairs).all(axis=1)]
-    sections, issues = None, tuple[Issue, ...]()
-    if len(pairs):
-        graph, sections, issues = cross(graph, pairs)
-        trimmed = trimmed.with_graph(graph)
+    graph, sections, issues = cross(graph, pairs)
+    trimmed = trimmed if sections is None else trimmed.with_graph(graph)
     said, gap_mm = said_about(graph, trimmed, options.judging), options.gap_for(graph)
 
     def may(wall: IntArray, base: IntArray) -> BoolArray:

@@ -7,24 +7,20 @@ import pytest
 
 from tests.copied_groups import FAR, WITHIN_MM, check_same, shifted, together
 from tests.few import few
+from tests.samples.graphs import nothing_crosses
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
 from wpcal.brep.repeats import find_copies
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
-from wpcal.core.issue import Issue
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.seam import Seam, SeamOptions, search
-from wpcal.seam.seam import SeamPieces
-from wpcal.seam.search import find_part_seams
-
-
-def no_crossing(graph: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
-    raise AssertionError("no solids of these parts run into each other")
+from wpcal.seam.search import find_part_candidates
 
 
 def seams_of(graph: BrepGraph) -> tuple[Seam, ...]:
-    return find_part_seams(graph, TrimmedFaces.of(graph), SeamOptions(), cross=no_crossing).seams
+    return find_part_candidates(graph, TrimmedFaces.of(graph), SeamOptions(), cross=nothing_crosses).judged(
+        SeamOptions()
+    )
 
 
 def seams_of_each(graph: BrepGraph, monkeypatch: pytest.MonkeyPatch) -> tuple[Seam, ...]:

@@ -7,20 +7,24 @@ the faces, and a plane without an end there counts by its height only, so pads a
 
 from __future__ import annotations
 
+import hashlib
 from collections import defaultdict
 from dataclasses import dataclass
 from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wpcal.brep.boxes import BoxTree
+from wpcal.brep.boxes import PAIRS, BoxTree
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.repeats import solid_shapes
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, blocks
 from wpcal.core.motion import APPROACH_MM
+from wpcal.core.process import give_memory_back
 from wpcal.seam.judge.torch_poses import FeltPoses
 
 SAME_PLACE_MM = 1e-6  #: What is around two seams lies in the same way if places agree within this.
@@ -45,6 +49,7 @@ def find_alike(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, leans_
 
     `poses`: The straight torch at all stations of the seams; `leans_rad`, shape (k, 2): all its work and travel angles.
     """
+    give_memory_back()  # feeling takes much, and so do the rooms
     first = np.flatnonzero(np.diff(poses.owner, prepend=-1))
     kinds = [rows for rows in _same_runs(poses, first) if len(rows) > 1]
     found = Alike(np.arange(len(first)), {})
@@ -67,20 +72,33 @@ def find_alike(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, leans_
         if other != number:
             found.first[rows[number]] = rows[other]
             found.solids[int(rows[number])] = dict(zip(beside[other], solids, strict=True))
+    give_memory_back()
     return found
 
 
 def _same_runs(poses: FeltPoses, first: IntArray) -> list[IntArray]:
     """Return the seams whose stations are the same but for a motion, shape (k,) each."""
     counts = np.diff(first, append=len(poses))
-    off = (poses.p - np.repeat(poses.p[first], counts, axis=0)) / SAME_PLACE_MM
-    turned = poses.R.reshape(-1, 9) / SAME_PLACE_MM
-    rest = np.stack([poses.start_mm, poses.more_mm, poses.wire_mm], axis=1) / SAME_PLACE_MM
-    columns = np.round(np.concatenate([off, turned, rest], axis=1)).astype(np.int64)
+    off = poses.p - np.repeat(poses.p[first], counts, axis=0)
+    rest = np.stack([poses.start_mm, poses.more_mm, poses.wire_mm], axis=1)
+    columns = _rounded(np.concatenate([off, poses.R.reshape(-1, 9), rest], axis=1))
     like = defaultdict(list)
     for row, (a, b) in enumerate(pairwise([*first.tolist(), len(poses)])):
-        like[columns[a:b].tobytes()].append(row)
+        like[_digest(columns[a:b])].append(row)
     return [np.array(rows) for rows in like.values()]
+
+
+def _rounded(values: FloatArray) -> FloatArray:
+    """Count in steps of `SAME_PLACE_MM`, in the same array; no zero is negative."""
+    values /= SAME_PLACE_MM
+    np.round(values, out=values)
+    values += 0.0
+    return values
+
+
+def _digest(*rows: NDArray[Any]) -> bytes:
+    """Return a key of rows of arrays that stands for all their bytes, which would take much memory."""
+    return hashlib.blake2b(b"".join(each.tobytes() for each in rows), digest_size=16).digest()
 
 
 def _room(graph: BrepGraph, run: FeltPoses, leans_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -124,17 +142,15 @@ class _Places:
         return np.isin(np.arange(len(self.p)), self._near(*self.trimmed.face_box, is_curved)[0])
 
     def surroundings(self) -> list[tuple[bytes, list[int]]]:
-        """Return what is around each seam, as bytes that are equal for equal rooms, and the solids there in order."""
+        """Return a key of what is around each seam, equal for equal rooms, and the solids there in order."""
         near, copy = self._near(*self.trimmed.solid_boxes, ~self.is_lone)
         copies = near, self.shape[copy], self.trimmed.solid_boxes[0][copy] - self.p[near], copy
         parts = [copies, self._faces()]
         row, code, place, solid = (np.concatenate(column) for column in zip(*parts, strict=True))
-        place = np.round(place / SAME_PLACE_MM).astype(np.int64)
-        order = np.lexsort((solid, *place.T, code, row))
-        row, what = row[order], np.concatenate([code[:, None], place], axis=1)[order]
-        ends = np.searchsorted(row, np.arange(len(self.p) + 1)).tolist()
-        solids = solid[order].tolist()
-        return [(what[a:b].tobytes(), solids[a:b]) for a, b in pairwise(ends)]
+        order = np.lexsort((solid, *_rounded(place).T, code, row))
+        code, place, solid = code[order], place[order], solid[order]
+        ends = np.searchsorted(row[order], np.arange(len(self.p) + 1)).tolist()
+        return [(_digest(code[a:b], place[a:b]), solid[a:b].tolist()) for a, b in pairwise(ends)]
 
     def _faces(self) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
         """Return the faces of solids that the part holds once, and the pieces of the boundaries of planes."""
@@ -197,9 +213,16 @@ class _Places:
         asked = np.flatnonzero(are_asked)
         row, own = BoxTree.of(low[asked], high[asked]).meeting(self.low, self.high)
         box = asked[own]
-        middle, half = (low[box] + high[box]) / 2.0 - self.p[row], (high[box] - low[box]) / 2.0
+        met = np.concatenate(
+            [self._met(row[some], low[box[some]], high[box[some]]) for some in blocks(len(row), PAIRS)]
+        )
+        return row[met], box[met]
+
+    def _met(self, row: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
+        """Tell which boxes may be in the rooms of `row`, shape (k,)."""
+        middle, half = (low + high) / 2.0 - self.p[row], (high - low) / 2.0
         axes, met = self.axes[row], np.zeros(len(row), dtype=bool)
         at, reach = np.einsum("mij,mi->mj", axes, middle), np.einsum("mij,mi->mj", np.abs(axes), half)
         for first, last in zip(*(ends.transpose(1, 0, 2) for ends in self.slabs), strict=True):
             met |= ((at - reach <= last[self.kind[row]]) & (at + reach >= first[self.kind[row]])).all(axis=1)
-        return row[met], box[met]
+        return met

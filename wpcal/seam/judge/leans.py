@@ -19,6 +19,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.ladder import cheapest_way
 from wpcal.core.motion import APPROACH_MM
+from wpcal.core.process import give_memory_back
 from wpcal.robot.moves import sweep_moves
 from wpcal.robot.moves.interpolation import swings_between, turns_between
 from wpcal.robot.torch.shape import TorchShape
@@ -192,6 +193,7 @@ def _felt_each(graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: L
             has_small = np.array([rows.any() for rows in np.split(free, cuts)])
             is_felt &= has_small[own.owner]
         steps.feel_leans(np.flatnonzero(is_felt), tier)
+    give_memory_back()  # of what was felt: as much again is felt now
     chosen = _chosen_with_free_steps(steps)
     if stations is FeltAt.FRAMES:
         steps.change_evenly(chosen)
