@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.sheet.paper import Box
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, numbered_rows
 
 DIRECTIONS = 24  #: Directions tried around a point.
 REACHES = (1.0, 1.5, 2.0, 2.7, 3.5, 4.5, 6.0, 8.0)
@@ -102,8 +102,7 @@ def _sampled(lines: FloatArray) -> FloatArray:
     """Return points along segments, at most `SAMPLE_MM` apart, shape (k, 2)."""
     length = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
     count = np.maximum(np.ceil(length / SAMPLE_MM).astype(np.int64), 1)
-    row = np.repeat(np.arange(len(lines)), count)
-    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    row, place = numbered_rows(count)
     t = ((place + 0.5) / count[row])[:, None]
     return np.asarray(lines[row, 0] + t * (lines[row, 1] - lines[row, 0]), dtype=np.float64)
 

@@ -5,7 +5,7 @@ import numpy as np
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, blocks, numbered_rows
 
 AXIS_MM = 1e-6  #: A boundary point this near to the axis is the apex: kernels place vertices within 1e-7 mm.
 SAME_VERTEX_MM = 1e-6  #: Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels.
@@ -21,8 +21,7 @@ def sample_boundaries(
     face, edge, forward = graph.coedge_face[order], graph.coedge_edge[order], graph.coedge_forward[order]
     start, t, points = edge_polylines(graph)
     counts = np.diff(start)[edge] - 1
-    coedge = np.repeat(np.arange(len(order)), counts)
-    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    coedge, step = numbered_rows(counts)
     low = start[edge[coedge]] + step
     flip = ~forward[coedge]
     first, second = np.where(flip, low + 1, low), np.where(flip, low, low + 1)
@@ -42,8 +41,7 @@ def sample_boundaries(
 def _parameters(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray:
     """Return the parameters (m, 2) of points on surfaces."""
     uv = np.empty((len(faces), 2))
-    for first in range(0, len(faces), MOST_POINTS):
-        own = slice(first, first + MOST_POINTS)
+    for own in blocks(len(faces), MOST_POINTS):
         uv[own] = project_to_faces(graph, faces[own], points[own]).uv
     return uv
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.brep.graph import BrepGraph, CurveKind
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray, blocks
 
 CHORD_MM = 0.01
 """Sag of the polylines that replace curved edges in searches; ends found on them are refined on the exact curve."""
@@ -70,8 +70,7 @@ def edge_polylines(graph: BrepGraph) -> tuple[IntArray, FloatArray, FloatArray]:
     first, last = graph.edge_range[edges].T
     t = first * (1.0 - fraction) + last * fraction
     points = np.empty((len(t), 3))
-    for begin in range(0, len(t), CHUNK):
-        own = slice(begin, begin + CHUNK)
+    for own in blocks(len(t), CHUNK):
         points[own] = evaluate_edges(graph, edges[own], t[own])[0]
     return start, t, points
 

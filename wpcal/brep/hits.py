@@ -14,7 +14,7 @@ from wpcal.brep.surface_rays import meet_rays, way_through
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray, blocks
 
 CHUNK = 5000  #: Rays handled in one array: some 50 MB at ten faces per ray.
 FEW_FACES = 64  #: Rays through solids with so few faces each are compared with all their boxes, without a tree.
@@ -96,14 +96,13 @@ def _near_pairs(
     by_solid = np.argsort(of_face, kind="stable")
     start = np.searchsorted(of_face[by_solid], np.arange(len(asked)))
     are_few = isinstance(solid, np.ndarray) and np.diff(start)[each].max(initial=0) <= FEW_FACES
-    for first in range(0, max(len(origins), 1), CHUNK):
-        chunk = slice(first, first + CHUNK)
+    for chunk in blocks(len(origins), CHUNK):
         if are_few:
             ray, item = items_of(start, each[chunk])
-            yield ray + first, by_solid[item]
+            yield ray + chunk.start, by_solid[item]
         else:
             ray, item = boxes_met(tree, origins[chunk], rays[chunk], length[chunk])
-            ray, face = ray + first, faces[item]
+            ray, face = ray + chunk.start, faces[item]
             own = asked[-1] | (of_face[face] == each[ray])
             yield ray[own], face[own]
 

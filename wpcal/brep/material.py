@@ -17,7 +17,7 @@ from wpcal.brep.hits import CHUNK, RayHits, boxes_met, find_hits
 from wpcal.brep.mesh import PartMesh
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import Radius, tube_lines, tube_triangles
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray, blocks
 from wpcal.core.transform import RigidTransform
 
 VOTERS = np.array([[0.8301, 0.2713, 0.4871], [-0.3119, 0.8923, 0.3263], [0.1987, -0.4409, 0.8753]])
@@ -159,10 +159,8 @@ class TriangleMaterial:
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids; shapes as in `Material`."""
         length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
-        chunks = [slice(first, first + CHUNK) for first in range(0, max(len(origins), 1), CHUNK)]
-        found = RayHits.joined(
-            [self._hits(origins[own], rays[own], length[own], own.start) for own in chunks]
-        ).in_order()
+        some = blocks(len(origins), CHUNK)
+        found = RayHits.joined([self._hits(origins[own], rays[own], length[own], own.start) for own in some]).in_order()
         return SolidHits(found.ray, self.solid[found.face], found.at_mm, found.way)
 
     def tube_solids(

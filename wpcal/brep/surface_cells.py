@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.brep.boxes import Meets
 from wpcal.brep.nurbs import NurbsSurface
 from wpcal.brep.spans import SurfaceSet
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray, numbered_rows
 
 TURN_RAD = 0.35
 """A cell is so small that its surface turns by at most this along u and along v: Newton's method then needs few steps
@@ -116,8 +116,7 @@ def _breaks(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:
 
 def divided(breaks: FloatArray, parts: IntArray) -> FloatArray:
     """Divide each step of an ascending sequence of shape (n + 1,) into so many equal parts, shape (n,)."""
-    step = np.repeat(np.arange(len(parts)), parts)
-    number = np.arange(len(step)) - np.repeat(np.cumsum(parts) - parts, parts)
+    step, number = numbered_rows(parts)
     inner = breaks[step] + np.diff(breaks)[step] * number / parts[step]
     return np.append(inner, breaks[-1])
 

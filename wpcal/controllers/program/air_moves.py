@@ -20,7 +20,7 @@ import numpy as np
 
 from wpcal.brep.hits import START_MM
 from wpcal.brep.material import TriangleMaterial
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, numbered_rows
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.options import opt
 from wpcal.core.tangent import exp_rotation, log_rotation
@@ -302,8 +302,8 @@ class _Search:
         away, torch = p - weld, self.torch
         wire, far_mm = wire_directions(R, torch.axis), np.linalg.norm(away, axis=1)
         count = 1 + np.floor(np.log2(np.maximum(far_mm, NEAREST_MM) / NEAREST_MM)).astype(np.int64)
-        row = np.repeat(np.arange(len(weld)), count)
-        share = 0.5 ** (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count))
+        row, number = numbered_rows(count)
+        share = 0.5**number
         found = find_poses_in_material(
             self.part,
             (weld + (torch.standoff_mm + torch.more_wire_mm) * wire)[row],

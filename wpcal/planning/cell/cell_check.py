@@ -29,6 +29,7 @@ from wpcal.robot.kinematics.urdf_bodies import capsule_around
 CELL_CHECK_SCHEMA = "wpcal/cell-check/1"
 FLOOR_MM = 25.0
 """A mounting face this near to its height is at this height: floors are levelled, and bases are measured, to less."""
+SMALL = "{} is {:.3g} mm long: its numbers look like metres; multiply p_mm, q_mm, radius_mm and hull_mm by 1000"
 SMALLEST_MM = 5.0
 """No body of a cell is smaller, and no link of an arm is longer than 5 m: a smaller body is in metres."""
 FAR_MM = 150.0  #: Bodies enclose the axes of their link, or are fastened beside them at less than this distance.
@@ -54,7 +55,7 @@ def check_cell(cell: Cell) -> tuple[Issue, ...]:
         *_mounting_faces(cell),
         *_below_floor(cell, sized, frames),
         *_missing(cell),
-        *(_metres(body) for body in small),
+        *(Issue("metres", SMALL.format(body.name, extent_mm(body.shape)), (body.name,)) for body in small),
         *_far_from_link(cell, sized, frames),
         *_capsules(sized),
         *(_bases_too_near(cell) if cell.has_two_robots else (*_torch_place(cell), *_home(cell))),
@@ -165,16 +166,6 @@ def _missing(cell: Cell) -> Iterator[Issue]:
     for shapes, name, says, field in groups:
         if not shapes:
             yield Issue("no-bodies", f"{says}; list bodies in {field}", (name,))
-
-
-def _metres(body: Body) -> Issue:
-    """Return what is said of a body that is smaller than `SMALLEST_MM`."""
-    return Issue(
-        "metres",
-        f"{body.name} is {extent_mm(body.shape):.3g} mm long: its numbers look like metres; multiply p_mm, q_mm, "
-        "radius_mm and hull_mm by 1000",
-        (body.name,),
-    )
 
 
 def extent_mm(shape: Shape) -> float:

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, blocks
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, Owner, body_pairs
 from wpcal.planning.cell.cell import TOOL, WORLD, Cell
@@ -204,8 +204,7 @@ class CellClearance:
     def _measured(self, q: FloatArray, moved: tuple[slice, FloatArray] | None) -> Margins:
         least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
         by_carriers = np.full((len(self.carriers), len(q)), np.inf)
-        for start in range(0, len(q), ROWS):
-            some = slice(start, start + ROWS)
+        for some in blocks(len(q), ROWS):
             frames = self.cell.frames(q[some])
             if moved is not None:
                 first, last, _ = moved[0].indices(len(frames))

@@ -14,7 +14,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, blocks
 from wpcal.core.errors import GeometryError
 from wpcal.core.same_bits import length
 from wpcal.planning.cell.bodies import BodyPairs, body_pairs
@@ -104,8 +104,7 @@ def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:
     axes = table.axes(frames)
     margins = np.empty((len(table.pair), axes.p.shape[2]))
     step = max(1, BLOCK // margins.shape[1])
-    for start in range(0, len(margins), step):
-        some = slice(start, start + step)
+    for some in blocks(len(margins), step):
         ends = (Segments(axes.p[:, rows], axes.u[:, rows]) for rows in (table.first[some], table.second[some]))
         distance = segment_distances(*ends)
         margins[some] = distance - table.needed_mm[some, None]

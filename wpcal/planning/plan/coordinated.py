@@ -19,7 +19,7 @@ from enum import Enum
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen, numbered_rows
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import poses, product
 from wpcal.core.tangent import exp_rotation, log_rotation
@@ -94,8 +94,8 @@ class HolderPath:
         inner = np.maximum(last - first, 0)
         taken = np.minimum(inner, MOST_POINTS)
         for part in np.array_split(np.arange(len(s0)), max(1, math.ceil(taken.sum() / CHUNK))):
-            own = np.repeat(part, taken[part])
-            number = np.arange(len(own)) - np.repeat(np.cumsum(taken[part]) - taken[part], taken[part])
+            row, number = numbered_rows(taken[part])
+            own = part[row]
             at = first[own] + ((number + 1) * (inner[own] + 1)) // (taken[own] + 1) - 1
             np.maximum.at(worst, own, self._shares(s0[own], s1[own], at))
         return np.asarray(worst <= 1.0, dtype=np.bool_)

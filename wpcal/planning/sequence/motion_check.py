@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, numbered_rows
 from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import bodies_of
@@ -238,8 +238,8 @@ class MotionChecker:
         """Return places and states at steps of `FIRST_STEP_MM` at most: one call measures them all."""
         parts = np.maximum(np.ceil(self.motion_mm(states[:-1], states[1:]) / FIRST_STEP_MM), 1.0).astype(int)
         parts[gaps[:-1]] = 1
-        row = np.repeat(np.arange(len(parts)), parts)
-        share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
+        row, number = numbered_rows(parts)
+        share = number / parts[row]
         q = states[row] + share[:, None] * (states[row + 1] - states[row])
         return np.append(row + share, float(len(parts))), np.concatenate([q, states[-1:]])
 
@@ -316,8 +316,8 @@ def _parted(
     Returns the rows of both ends and the share of the way of each new state, and the rows of the ends of the parts.
     """
     inner = parts - 1
-    own = np.repeat(np.arange(len(parts)), inner)
-    number = np.arange(len(own)) - np.repeat(np.cumsum(inner) - inner, inner) + 1
+    own, number = numbered_rows(inner)
+    number = number + 1
     one, other, new = first[own], last[own], count + np.arange(len(own))
     is_last = number == inner[own]
     ends = np.concatenate([np.where(number == 1, one, new - 1), new[is_last]]), np.concatenate([new, other[is_last]])

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray, numbered_rows
 from wpcal.core.csv_text import csv_text
 from wpcal.core.input_file import sha256_of
 from wpcal.core.result_files import PART_FILE
@@ -52,8 +52,8 @@ def states_on_lines(cell: Cell, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     middle = cell.tool_in_part((q[:-1] + q[1:]) / 2)[:, :3, 3]
     off = np.linalg.norm(middle - (tool[:-1, :3, 3] + tool[1:, :3, 3]) / 2, axis=1)
     parts = np.maximum(np.ceil(np.sqrt(off / ON_LINE_MM)), 1.0).astype(int)  # the distance shrinks with the square
-    row = np.repeat(np.arange(len(parts)), parts)
-    share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
+    row, number = numbered_rows(parts)
+    share = number / parts[row]
     between = np.flatnonzero(share > 0.0)
     found = q[row] + share[:, None] * (q[row + 1] - q[row])
     if len(between):

@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen, numbered_rows
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.options import opt
 from wpcal.robot.moves.course import Course
@@ -310,8 +310,7 @@ def _points(
     counts = inner[rows] if most is None else np.minimum(inner[rows], most)
     for part in np.array_split(np.arange(len(rows)), max(1, math.ceil(counts.sum() / CHUNK))):
         count, first, span = counts[part], begin[rows[part]], inner[rows[part]]
-        own = np.repeat(np.arange(len(part)), count)
-        number = np.arange(len(own)) - np.repeat(np.cumsum(count) - count, count)
+        own, number = numbered_rows(count)
         at = first[own] + ((number + 1) * (span[own] + 1)) // (count[own] + 1)
         yield rows[part], own, at
 

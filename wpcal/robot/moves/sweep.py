@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray, numbered_rows
 from wpcal.core.same_bits import product
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.robot.moves.interpolation import turns_between
@@ -46,7 +46,7 @@ class Swept(NamedTuple):
 def sweep(ways: Sequence[Way], tool: Reaching, *, axis: int) -> Swept:
     """Divide the moves of ways so that no point of a tool moves farther than its step between two places.
 
-    `ways`: In one frame. Their poses are numbered through, and there is no move from one way to the next.
+    `ways`: In one frame. Their poses are numbered_rows through, and there is no move from one way to the next.
     `axis`: Column of `R` along the wire.
     """
     p, R = (np.concatenate(each) for each in zip(*ways, strict=True))
@@ -78,8 +78,8 @@ def sweep_moves(
     way = np.linalg.norm(chord, axis=1)
     wire, body = way + across * tool.wire_mm, way + across * tool.far_mm + about * tool.aside_mm
     parts = np.maximum(np.ceil(np.maximum(wire / STEP_MM, body / BODY_STEP_MM)), 1.0).astype(np.int64)
-    row = np.repeat(np.arange(len(parts)), parts)
-    share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
+    row, number = numbered_rows(parts)
+    share = number / parts[row]
     between = product(exp_rotation(share[:, None] * turn[row]), R[row])
     return Swept(row + share, p[row] + share[:, None] * chord[row], np.asarray(between))
 

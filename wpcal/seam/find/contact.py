@@ -12,7 +12,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.strips import items_of
 from wpcal.brep.surfaces import Foot, project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
-from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray, blocks
 from wpcal.core.last_held import last_held
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
@@ -265,8 +265,7 @@ class _Touching:
 def _gaps(graph: BrepGraph, edge: IntArray, face: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
     """Return the least, mean and largest distance of intervals of edges from faces, shape (k, 3), mm."""
     gaps = np.zeros((len(edge), 3))
-    for first in range(0, len(edge), CHUNK // CONTACT_SAMPLES):
-        own = slice(first, first + CHUNK // CONTACT_SAMPLES)
+    for own in blocks(len(edge), CHUNK // CONTACT_SAMPLES):
         t = t0[own, None] + (t1 - t0)[own, None] * np.linspace(0.0, 1.0, CONTACT_SAMPLES)
         points = evaluate_edges(graph, np.repeat(edge[own], CONTACT_SAMPLES), t.ravel())[0]
         foot = project_to_faces(graph, np.repeat(face[own], CONTACT_SAMPLES), points)

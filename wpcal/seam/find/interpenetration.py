@@ -11,7 +11,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, blocks
 from wpcal.seam.find.contact import CHUNK, CONTACT_SAMPLES, candidate_pairs, clipped_range
 
 DEEP_MM = 0.5
@@ -31,8 +31,7 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
     keep[keep] = _may_pierce(graph, edge[keep], face[keep], low[keep], high[keep])
     edge, face, low, high = edge[keep], face[keep], low[keep], high[keep]
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for first in range(0, len(edge), CHUNK // CONTACT_SAMPLES):
-        own = slice(first, first + CHUNK // CONTACT_SAMPLES)
+    for own in blocks(len(edge), CHUNK // CONTACT_SAMPLES):
         pierced = _pierced(graph, trimmed, edge[own], face[own], low[own], high[own])
         found.append(np.stack([graph.edge_solid[edge[own][pierced]], graph.face_solid[face[own][pierced]]], axis=1))
     return np.unique(np.sort(np.concatenate(found), axis=1), axis=0)

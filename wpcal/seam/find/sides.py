@@ -17,7 +17,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import part_across, project_to_faces, unit
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray, blocks, numbered_rows
 from wpcal.core.last_held import last_held
 from wpcal.seam.find.contact import CHUNK, EdgeContacts
 from wpcal.seam.limits import OPPOSED_COS
@@ -117,8 +117,7 @@ def stations_of(graph: BrepGraph, contacts: EdgeContacts) -> tuple[IntArray, Flo
     p = evaluate_edges(graph, np.repeat(contacts.edge, LENGTH_SAMPLES), t.ravel())[0].reshape(*t.shape, 3)
     length = np.linalg.norm(np.diff(p, axis=1), axis=2).sum(axis=1)
     steps = np.clip(np.ceil(length / STATION_MM / 2.0).astype(np.int64) * 2, LEAST_STATIONS - 1, MOST_STATIONS - 1)
-    contact = np.repeat(np.arange(len(steps)), steps + 1)
-    number = np.arange(len(contact)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
+    contact, number = numbered_rows(steps + 1)
     inset = np.minimum(INSET_MM / np.where(length > 0, length, 1.0), MOST_INSET)[contact]
     share = inset + (1.0 - 2.0 * inset) * number / steps[contact]
     return contact, contacts.t0[contact] * (1.0 - share) + contacts.t1[contact] * share
@@ -167,7 +166,9 @@ def find_sides(
         has_wall &= (angle >= OPENING_RAD[0]) & (angle <= OPENING_RAD[1])
         flush = np.flatnonzero(against[rows, 1 - number] > SAME_PLANE)
         base[flush], n_base[flush], continues[flush] = face[flush], n_face[flush], False
-        has_wall[flush] = _begins(graph, trimmed, face[flush], p[flush], ledge_mm * inward(n_patch, slope, 1.0)[flush])
+        step = ledge_mm * inward(n_patch, slope, 1.0)[flush]  # the face is on one side of the edge only
+        there, beyond = (is_on(graph, trimmed, face[flush], at) for at in (p[flush] + step, p[flush] - step))
+        has_wall[flush] = there & ~beyond
     patch, wall = sides[rows, number], sides[rows, 1 - number]
     return Sides(contact, t, p, slope, patch, wall, base, n_face, n_wall, n_base, has_wall, continues)
 
@@ -193,11 +194,6 @@ def _opening_rad(slope: FloatArray, normals: Sequence[FloatArray], behind: Seque
     sine, other = (np.einsum("ki,ki->k", n, way) for n, way in zip(normals, ways[::-1], strict=True))
     angle = np.mod(np.arctan2(sine, np.einsum("ki,ki->k", *ways)), 2.0 * np.pi)
     return np.asarray(np.where(np.abs(sine - other) < SAME_SINE, angle, np.nan), dtype=np.float64)
-
-
-def _begins(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, p: FloatArray, step: FloatArray) -> BoolArray:
-    """Tell which faces are there a step from a point of an edge, and not on the other side of the edge."""
-    return is_on(graph, trimmed, face, p + step) & ~is_on(graph, trimmed, face, p - step)
 
 
 def _base(
@@ -235,8 +231,7 @@ def is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: Float
     `points`: shape (m, 3). In `part`, mm.
     """
     on = np.zeros(len(face), dtype=bool)
-    for first in range(0, len(face), CHUNK):
-        own = slice(first, first + CHUNK)
+    for own in blocks(len(face), CHUNK):
         foot = project_to_faces(graph, face[own], points[own])
         on[own] = trimmed.contains(face[own], foot.uv)
     return on

@@ -6,7 +6,7 @@ import numpy as np
 
 from wpcal.brep.curves import evaluate_edges, piece_counts
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray, IntArray, numbered_rows
 from wpcal.taught.features.columns import (
     AXIS_ROUND,
     NAMING_MM,
@@ -57,8 +57,8 @@ def _areas(graph: BrepGraph, faces: IntArray, normal: FloatArray) -> tuple[Float
     used = np.flatnonzero((row[graph.coedge_face] >= 0) & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE))
     edge, sign = graph.coedge_edge[used], np.where(graph.coedge_forward[used], 1.0, -1.0)
     samples = piece_counts(graph)[edge] + 1
-    of = np.repeat(np.arange(len(used)), samples)
-    share = (np.arange(len(of)) - np.repeat(np.cumsum(samples) - samples, samples)) / (samples[of] - 1)
+    of, number = numbered_rows(samples)
+    share = number / (samples[of] - 1)
     t0, t1 = graph.edge_range[edge[of]].T
     points = evaluate_edges(graph, edge[of], t0 * (1.0 - share) + t1 * share)[0]
     low = np.flatnonzero(share < 1.0)

@@ -16,7 +16,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.hits import START_MM, is_blocked
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, numbered_rows
 from wpcal.core.linked import near_tree
 from wpcal.taught.features.corners import LEAST_SPREAD
 from wpcal.taught.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
@@ -187,8 +187,7 @@ def _joined(left: IntArray, right: IntArray) -> tuple[IntArray, IntArray]:
     order = np.argsort(right, kind="stable")
     first = np.searchsorted(right[order], left, side="left")
     counts = np.searchsorted(right[order], left, side="right") - first
-    row = np.repeat(np.arange(len(left)), counts)
-    step = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    row, step = numbered_rows(counts)
     return row, order[first[row] + step]
 
 
