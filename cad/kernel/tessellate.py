@@ -102,7 +102,8 @@ def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh 
         if mesh is None:
             continue
         turned = is_reversed(face)
-        matrix = _matrix(location)
+        trsf = location.Transformation()
+        matrix = np.array([[trsf.Value(row, column) for column in range(1, 5)] for row in range(1, 4)])
         points.append(_nodes(mesh) @ matrix[:, :3].T + matrix[:, 3])
         normals.append(_normals(face, mesh, turned=turned) @ matrix[:, :3].T)
         triangles.append(_triangles(mesh, turned=turned) + count)
@@ -113,12 +114,6 @@ def _solid_mesh(name: str, shape: KernelObject, color: Rgb | None) -> SolidMesh 
     segments = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
     p, n = frozen(np.concatenate(points)), frozen(np.concatenate(normals))
     return SolidMesh(name, p, np.concatenate(triangles), segments, color, n)
-
-
-def _matrix(location: KernelObject) -> FloatArray:
-    """Return rotation and translation of a location as a 3×4 matrix."""
-    trsf = location.Transformation()
-    return np.array([[trsf.Value(row, column) for column in range(1, 5)] for row in range(1, 4)], dtype=np.float64)
 
 
 def _nodes(mesh: KernelObject) -> FloatArray:

@@ -169,7 +169,15 @@ def calibrate(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> 
         "T_base_part": found.T_base_part.matrix.tolist(),
         "points": points,
         "features": _features(asked, found),
-        "u95_mm": _errors(found),
+        "u95_mm": [
+            {
+                "seam": seam.name,
+                "accepted": seam.accepted,
+                "max_mm": float(np.max(errors)) if len(errors) else None,
+                "frames_mm": np.round(errors, 6).tolist(),
+            }
+            for seam, errors in zip(found.candidates, found.candidate_u95_mm, strict=True)
+        ],
         "seams": _with_columns(found.seams_record()["seams"]) if params.get("frames") else None,
         "notes": [issue["message"] for issue in record["issues"]],
         "steps": next_steps(record),
@@ -184,18 +192,6 @@ def _features(asked: Asked, found: WorkpieceCalibration) -> dict[str, str]:
         for name, feature in zip(found.taught.names, found.taught.features, strict=True)
         if feature
     }
-
-
-def _errors(found: WorkpieceCalibration) -> list[dict[str, Any]]:
-    return [
-        {
-            "seam": seam.name,
-            "accepted": seam.accepted,
-            "max_mm": float(np.max(errors)) if len(errors) else None,
-            "frames_mm": np.round(errors, 6).tolist(),
-        }
-        for seam, errors in zip(found.candidates, found.candidate_u95_mm, strict=True)
-    ]
 
 
 def suggest(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:

@@ -128,7 +128,8 @@ class _Tree:
                 self.related[one].append(other)
                 self.related[other].append(one)
         placed = self._relations()
-        for usage in self._in_order("NEXT_ASSEMBLY_USAGE_OCCURRENCE"):
+        starts = dict(zip(self.file.ids.tolist(), self.file.starts.tolist(), strict=True))  # in the kernel's order
+        for usage in sorted(self.file.instances("NEXT_ASSEMBLY_USAGE_OCCURRENCE"), key=lambda one: starts[one.id]):
             record = record_of(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE")
             parent, name = argument(record, 3), argument(record, 1)
             link = self._link(usage, name if isinstance(name, str) else "", placed.get(usage.id))
@@ -148,11 +149,6 @@ class _Tree:
         )
         solids, has_faces = ((), False) if below else self._shapes(product)
         return Occurrence(product, link, T, solids, has_faces, below)
-
-    def _in_order(self, keyword: str) -> list[Instance]:
-        """Instances in the order of the text, in which the kernel takes them."""
-        starts = dict(zip(self.file.ids.tolist(), self.file.starts.tolist(), strict=True))
-        return sorted(self.file.instances(keyword), key=lambda instance: starts[instance.id])
 
     def _relations(self) -> dict[int, Instance | None]:
         """Return the relationship of representations for every use."""

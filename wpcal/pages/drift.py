@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import FloatArray
 from wpcal.pages.html import build_still_page, escaped
 from wpcal.study.drift.control import CUSUM_H, CUSUM_K, LIMIT_SIGMAS, Charts
 from wpcal.study.drift.jobs import FailedJob
@@ -140,7 +140,8 @@ def _chart(part: PartDrift, charts: Charts, column: int, title: str, *, has_cusu
     height = TALL + (LOW if has_cusum else 0) + 4
     lines = [f'<path class="v" d="{_path(values, scale)}"/>', _level("c", scale(centre))]
     lines += [_level("l", scale(centre + side * reach)) for side in (-1, 1)]
-    dots = _thinned(np.flatnonzero(charts.outside[:, column]), n)
+    outside = np.flatnonzero(charts.outside[:, column])
+    dots = outside[np.unique(outside * 2 * COLUMNS // n, return_index=True)[1]].tolist()  # at most two per column
     lines.append(
         f'<path class="o" d="{"".join(f"M{_across(row, n):.0f} {scale(values[row]):.1f}h0" for row in dots)}"/>'
     )
@@ -204,9 +205,3 @@ def _path(values: FloatArray, scale: _Scale) -> str:
     else:
         x, y = LEFT + WIDTH * (np.arange(n) + 0.5) / n, scale(values)
     return "M" + " ".join(f"{a:.1f} {b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
-
-
-def _thinned(rows: IntArray, n: int) -> list[int]:
-    """Return at most two rows per column."""
-    _, first = np.unique(rows * 2 * COLUMNS // n, return_index=True)
-    return [int(rows[place]) for place in first]

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -65,26 +66,20 @@ def decisions_in(paths: Sequence[Path]) -> list[Decision]:
 
     Raises `InputError` when there is no such file, `FormatError` when one is not what it says.
     """
-    files = [file for path in paths for file in (_below(path) if path.is_dir() else [path])]
+    files = [
+        file
+        for path in paths
+        for file in (sorted(chain(*map(path.rglob, (SEAMS_FILE, "*.seams.json")))) if path.is_dir() else [path])
+    ]
     if not files:
         raise InputError(f"{', '.join(map(str, paths))}: no seams.json in it, and none in a folder below")
     found: dict[tuple[str, ...], Decision] = {}
     for file in files:
         record = read_json(file, schema=SEAMS_SCHEMA)
-        part = _part_of(record)
+        part = repr([one["solid"] for one in record.get("members", [])])  # its seams may have been cut by hand
         for decision in (*_of_seams(record, part), *_of_solids(record, part)):
             found[(part, decision.what)] = decision
     return list(found.values())
-
-
-def _below(folder: Path) -> list[Path]:
-    """Return the files of seams of results (``seams.json``) and of the picker (``PART.seams.json``) below a folder."""
-    return sorted((*folder.rglob(SEAMS_FILE), *folder.rglob("*.seams.json")))
-
-
-def _part_of(record: dict[str, Any]) -> str:
-    """Return by what a part is known again: its solids. Its seams may have been cut and joined by hand."""
-    return repr([one["solid"] for one in record.get("members", [])])
 
 
 def _of_seams(record: dict[str, Any], part: str) -> Iterator[Decision]:

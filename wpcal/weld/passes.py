@@ -26,9 +26,9 @@ class Bead:
     y_mm: float
     z_mm: float
     area_mm2: float
-    outline_mm: tuple[tuple[float, float], ...]  #: Corners (y, z) of its section.
     #: To be added to that of the weld: the wire halves the corner between a side of the groove and the last layer.
     work_angle_deg: float
+    outline_mm: tuple[tuple[float, float], ...]  #: Corners (y, z) of its section.
 
 
 def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple[Bead, ...]:
@@ -51,7 +51,7 @@ def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple
             lean += math.degrees(section.tilt_rad)
             y, z = _place(section, (left + right) / 2.0, max(low, section.least_aim_mm))
             outline = _outline(section, (low, high), (left, right))
-            beads.append(Bead(len(beads) + 1, layer, y, z, area, outline, lean))
+            beads.append(Bead(len(beads) + 1, layer, y, z, area, lean, outline))
     return tuple(beads)
 
 

@@ -5,13 +5,13 @@ rules again; null states that there is none.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.core.result_files import PART_FILE, SEAMS_FILE
-from wpcal.weld.passes import Bead
 from wpcal.weld.place import SeamPlace, StatedWeld
 from wpcal.weld.rules import RuleTable
 from wpcal.weld.seam_weld import SeamWeld
@@ -57,21 +57,9 @@ def _weld_record(weld: SeamWeld) -> dict[str, Any]:
             }
             for name in stated
         },
-        "beads": [_bead_record(bead) for bead in weld.beads],
+        "beads": [asdict(bead) for bead in weld.beads],
         "stretches_mm": [list(one) for one in weld.stretches_mm],
         "tacks_mm": [list(one) for one in weld.tacks_mm],
-    }
-
-
-def _bead_record(bead: Bead) -> dict[str, Any]:
-    return {
-        "number": bead.number,
-        "layer": bead.layer,
-        "y_mm": bead.y_mm,
-        "z_mm": bead.z_mm,
-        "area_mm2": bead.area_mm2,
-        "work_angle_deg": bead.work_angle_deg,
-        "outline_mm": [list(corner) for corner in bead.outline_mm],
     }
 
 

@@ -209,9 +209,7 @@ def test_routines_that_only_call_each_other_are_entered_and_named_once():
 
 def test_a_routine_knows_nothing_of_what_ran_before_it():
     """One that ends between the start of an arc and its end leaves no arc, and no speed of an arc package."""
-    text = (
-        "DEF one()\nArcMainNG(#ArcOnAfterMoveStd)\nEND\nDEF two()\n$BASE = $NULLFRAME\n$TOOL = $NULLFRAME\n"
-        "$VEL.CP = 9\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\nEND\n"
-    )
+    text = "DEF one()\nArcMainNG(#ArcOnAfterMoveStd)\nEND\nDEF two()\n$BASE = $NULLFRAME\n$TOOL = $NULLFRAME\n"
+    text += "$VEL.CP = 9\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\nEND\n"
     (motion,) = execute({"a.src": text}).motions
     assert (motion.place.speed_mm_s, motion.arc_on) == (9000.0, False)

@@ -30,7 +30,8 @@ def find_members(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
     concave = are_concave(graph, edges)
     cut = linked_groups(n, *graph.edge_faces[edges[~concave]].T)
     member = _joined(trimmed, cut, int(cut.max()) + 1, graph.edge_faces[edges[concave]])
-    sizes = [_size_mm(trimmed, np.flatnonzero(member == k)) for k in range(member.max() + 1)]
+    own, (low, high) = [member == k for k in range(member.max() + 1)], trimmed.face_box
+    sizes = [float(np.linalg.norm(high[faces].max(axis=0) - low[faces].min(axis=0))) for faces in own]  # diagonals
     rank = np.argsort(np.argsort([-size for size in sizes], kind="stable"), kind="stable")
     return tuple(f"member {k + 1}" for k in range(len(sizes))), np.asarray(rank[member], dtype=np.int64)
 
@@ -50,9 +51,3 @@ def _joined(trimmed: TrimmedFaces, member: IntArray, count: int, across: IntArra
             into[small] = max(set(others.tolist()), key=lambda k: (bool(is_own[k]), int(faces[k]), -k))
     # a small one whose neighbours are small, too, follows them
     return linked_groups(count, np.arange(count), into)[member]
-
-
-def _size_mm(trimmed: TrimmedFaces, faces: IntArray) -> float:
-    """Return the diagonal of the box around faces, mm."""
-    low, high = trimmed.face_box
-    return float(np.linalg.norm(high[faces].max(axis=0) - low[faces].min(axis=0)))

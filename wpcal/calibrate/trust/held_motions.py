@@ -61,13 +61,8 @@ def free_words(free: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequ
     translation.
     `pivot`: shape (3,). In `part`, mm.
     """
-    return "; ".join(_motion(xi, pivot, length_mm, axes) for xi in _spoken(free))
-
-
-def _spoken(free: FloatArray) -> list[FloatArray]:
-    """Choose a basis of the free motions that is easy to describe: slidings apart from turns."""
-    _, _, coefficients = np.linalg.svd(free[:, :3].T)  # the last rows combine to no turn at all
-    return list(coefficients @ free)
+    _, _, coefficients = np.linalg.svd(free[:, :3].T)  # slidings apart from turns: the last rows have no turn at all
+    return "; ".join(_motion(xi, pivot, length_mm, axes) for xi in coefficients @ free)
 
 
 def _motion(xi: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequence[NamedAxis]) -> str:

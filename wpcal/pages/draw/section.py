@@ -50,7 +50,8 @@ def draw_section(
         """Return the pixels of points (k, 2) along y and z, mm from the root."""
         return np.stack([MARGIN + (plane[:, 0] + half) * scale, TOP + (half - plane[:, 1]) * scale], axis=1)
 
-    solids = {solid: COLOURS[number % len(COLOURS)] for number, solid in enumerate(_numbers(graph, seam))}
+    joined = [graph.solid_names.index(name) for name in seam.solids if name in graph.solid_names]
+    solids = {solid: COLOURS[number % len(COLOURS)] for number, solid in enumerate(joined)}
     out = [f'<clipPath id="section">{rect(MARGIN, TOP, SIZE, SIZE)}</clipPath>']
     out += [rect(MARGIN, TOP, SIZE, SIZE, stroke="#d5d8dc"), '<g clip-path="url(#section)">']
     for number, turn in enumerate((math.pi / 4, -math.pi / 4)):
@@ -66,12 +67,6 @@ def draw_section(
             out.append(polyline(at(places[chain]), colour, 2.0))
     out += _weld(seam, section, row, at) + _torch(seam, row, torch, at) + ["</g>"]
     return out + _numbers_told(seam, section, row, torch)
-
-
-def _numbers(graph: BrepGraph, seam: Seam) -> list[int]:
-    """Return the numbers of the solids that a seam joins."""
-    names = {name: solid for solid, name in enumerate(graph.solid_names)}
-    return [names[name] for name in seam.solids if name in names]
 
 
 def _side(solids: Mapping[int, str], solid: int) -> int:

@@ -174,8 +174,9 @@ class KinematicModel:
                 seen = reflector == parameter.index
                 column[3:, seen] = flange[POSE_SYMBOLS.index(parameter.symbol)][:, seen]
             elif parameter.group is Group.BASE:
-                identity = _at_base(self.chain.T_base_dh0)
-                _pose_column(column, parameter.symbol, identity, p)
+                ex, ey, ez = np.eye(3)[:, :, None]  # of the measurement
+                axes = Frames(ex, ey, ez, self.chain.T_base_dh0.t_mm[:, None])
+                _pose_column(column, parameter.symbol, axes, p)
             else:
                 _pose_column(column, parameter.symbol, end._replace(p=flange.p), p)
         return np.ascontiguousarray(np.moveaxis(J, 2, 0))
@@ -185,12 +186,6 @@ def _moved(T: RigidTransform, step: FloatArray) -> RigidTransform:
     if not step.any():
         return T
     return RigidTransform(exp_rotation(step[3:]) @ T.R, T.t_mm + step[:3], T.target, T.source)
-
-
-def _at_base(T_base_dh0: RigidTransform) -> Frames:
-    """Frame with the axes of the measurement at the origin of the base: what a base's numbers move and turn about."""
-    ex, ey, ez = np.eye(3)[:, :, None]
-    return Frames(ex, ey, ez, T_base_dh0.t_mm[:, None])
 
 
 def _link_column(column: FloatArray, symbol: str, motion: LinkMotion, p: FloatArray) -> None:
