@@ -15,12 +15,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_420,
-    "lines of tests": 63_830,
+    "lines of wpcal and cad": 122_417,
+    "lines of tests": 63_824,
     "rooms": 18,
     "arrows between rooms": 80,
     "imported packages that pyproject.toml does not declare": 0,
-    "functions and classes of one name in several files": 8,
+    "functions and classes of one name in several files": 7,
     "functions of more than 60 lines": 0,
     "functions with more than 6 parameters": 40,
     "functions with more than 10 branches, per thousand": 20,
