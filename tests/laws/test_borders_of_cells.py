@@ -281,12 +281,6 @@ def corner(mm: float, lean: float = 0.0) -> bool:
     return of(profile).around((2, 1), np.array([math.sin(lean), 0.0, math.cos(lean)]), mm, is_sharp=True) is profile
 
 
-def pocket(floor: float = 50.0, high: float = 20.0, lean: float = 0.0) -> bool:
-    ring = member(TUBE, 5.0, high, (80.0, 80.0))
-    plate = Member(PLATE, frozenset(), np.array([math.sin(lean), 0, math.cos(lean)]), np.array([5, floor]), 5.0, floor)
-    return of(ring, plate).is_pocket
-
-
 def edit(**known: Any) -> Any:
     return edit_from_record(known, "W1", path="f")
 
@@ -305,12 +299,8 @@ MEMBERS: dict[str, tuple[Any, str, float]] = {
     "one member explains a solid": (lambda x: of(member(BAR), share=x).is_one, ">=", 0.9),
     "one wall": (lambda mm: of(member(PLATE, mm), member(PLATE)).is_of_one_wall, ">=", 9.0),
     "a wall that an arc burns through": (lambda mm: of(member(PLATE, mm, section=(mm, 9.0))).is_moulded, "<", 1.2),
-    "plates and nothing else": (lambda x: of(member(PLATE), member(BAR, 5.0), share=x).are_plates, ">=", 0.99),
     "a corner as long as its member": (corner, "<=", 600.0),
     "a corner along its member": (lambda cos: corner(9.0, math.acos(cos)), ">~", 0.999),
-    "a floor in a ring": (pocket, "<", 80.0),
-    "a low ring": (lambda mm: pocket(high=mm), "<", 80.0),
-    "a floor across a ring": (lambda cos: pocket(lean=math.acos(cos)), ">~", 0.999),
     "an edge along a face": (lambda x: _is_along(np.array([[x, 0.0, 0.0]]), X[None])[0], "<", 0.5),
     "wall and base face the same way": (
         lambda cos: Sides.side_by_side.fget(Some(n_wall=X[None], n_base=np.array([[cos, 0, 0.0]])))[0], ">", 0.7
