@@ -5,9 +5,18 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import time
+import timeit
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+
+LAUNCHER = """
+import os, subprocess, sys, time
+start = time.perf_counter()
+process = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+_, status, use = os.wait4(process.pid, 0)
+print(os.waitstatus_to_exitcode(status), time.perf_counter() - start, use.ru_utime + use.ru_stime, use.ru_maxrss / 1024)
+"""
+"""A small process starts the one that is measured: the memory of its starter counts as its own until it is replaced."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,24 +38,15 @@ def run_python(
     *arguments: object, ends: Sequence[int] = (0,), environment: Mapping[str, str] | None = None, folder: str = "."
 ) -> ProcessUse:
     """Run Python with these arguments, as a user does, and measure it; another exit code than `ends` is an error."""
-    command = [sys.executable, *map(str, arguments)]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    start = time.perf_counter()
-    process = subprocess.Popen(command, cwd=folder, env={**os.environ, **(environment or {})}, **quiet)
-    _, status, usage = os.wait4(process.pid, 0)  # its children that ended count, too
-    wall_s = time.perf_counter() - start
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode not in ends:
-        raise RuntimeError(f"{' '.join(command[1:])} ended with {process.returncode}")
-    return ProcessUse(wall_s, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+    command = [sys.executable, "-S", "-c", LAUNCHER, sys.executable, *map(str, arguments)]
+    used = subprocess.check_output(command, cwd=folder, env=os.environ | dict(environment or {}))
+    code, *use = map(float, used.split())
+    if code not in ends:
+        raise RuntimeError(f"{' '.join(map(str, arguments))} ended with {code:.0f}")
+    return ProcessUse(*use)
 
 
 def least_seconds(work: Callable[[], object], repeats: int) -> float:
     """Run `work` once to warm up, then `repeats` times, and return the shortest time."""
     work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
+    return min(timeit.repeat(work, number=1, repeat=repeats))
