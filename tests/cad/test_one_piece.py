@@ -167,7 +167,7 @@ def keyed_shaft() -> Any:
 
 def compact(mm: int, known: int, corners: int) -> str:
     words = f"members explain {known}% of its surface and {corners}% of its inner corners"
-    return f"its diagonal is {mm} mm, and {words}: it looks cast, moulded, printed or milled"
+    return f"{words}, and it is {mm} mm from corner to corner: so small, it was rather cast, printed or milled"
 
 
 def small_tee(scale: float) -> Any:

@@ -251,7 +251,7 @@ def _why_compact(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | N
     if left >= 1.0 - found.share or left >= (1.0 - found.share) * (1.0 - built_up_share(graph, trimmed, solid)):
         return None
     words = f"members explain {found.share:.0%} of its surface and {1.0 - loose:.0%} of its inner corners"
-    return f"its diagonal is {size:.0f} mm, and {words}: it looks cast, moulded, printed or milled"
+    return f"{words}, and it is {size:.0f} mm from corner to corner: so small, it was rather cast, printed or milled"
 
 
 CAST = (_why_turned, _why_unexplained, _why_timber)  #: Reasons why a solid is not built up, as they are asked.
