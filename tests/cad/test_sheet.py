@@ -11,6 +11,7 @@ import pytest
 
 from cad.sheet import SheetOptions, make_sheet
 from cad.sheet.draw import Pen, SheetRow, draw_views
+from cad.sheet.fonts import require_font
 from cad.sheet.make import _new_document
 from cad.sheet.paper import A3, A4, lay_out
 from cad.sheet.touches import read_touches_to_make, touches_of_plan
@@ -78,9 +79,8 @@ def test_a_point_behind_the_web_is_told_from_those_in_sight(tee):
 def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, paper, golden):
     if not part.is_file():
         pytest.skip("the shared STEP files are not beside the project")
-    workpiece = open_workpiece(part)
-    views, _ = views_of(workpiece, names)
-    layout = lay_out(paper, views, len(names))
+    require_font()
+    layout = lay_out(paper, views_of(open_workpiece(part), names)[0], len(names))
     for place in layout.places:
         drawn = place.on_paper(np.concatenate([place.view.segments.reshape(-1, 2), place.view.p]))
         assert (drawn >= [paper.margin, layout.table.top]).all()
@@ -91,8 +91,7 @@ def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, p
     np.testing.assert_allclose(top.on_paper(top.view.p)[:, 0], x, rtol=0, atol=PAPER_MM)
     rows = [SheetRow(str(k), name) for k, name in enumerate(names, 1)]
     for labels in draw_views(Pen(_new_document().modelspace(), paper), layout, rows):
-        boxes = [label.box for label in labels]
-        for i, a in enumerate(boxes):
+        for i, a in enumerate(boxes := [label.box for label in labels]):
             assert not any(a.x < b.right and b.x < a.right and a.y < b.top and b.y < a.top for b in boxes[i + 1 :])
     golden([layout, [draw_views(Pen(_new_document().modelspace(), paper), layout, rows)]])
 
