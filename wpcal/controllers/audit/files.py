@@ -44,6 +44,7 @@ from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.judge.stations import start_mm
 
 TABLE_SUFFIXES = (".csv", ".tsv", ".txt")
+POSES_CHECKED = "poses and user frames; NOT CHECKED: what its instructions do"  #: Of what is not executed.
 MOST_LEVELS = 4  #: Folders in folders: the programs of a result folder are one level below it.
 
 
@@ -147,12 +148,13 @@ class _Audit:
         around = self._with_part(result)
         stated = around if around.lines is None else replace(around, part=None)  # poses are executed
         faults = audit_poses(raw, path, stated) if grammar.has_poses(path) else []
-        if not faults:
-            has_speeds, found = self._executed(path, around)
-            around, faults = replace(around, has_speeds=has_speeds), found.get(path.name, [])
+        checked, executed = POSES_CHECKED, None if faults else self._executed(path, around)
+        if executed is not None:
+            has_speeds, found = executed
+            checked, faults = str(replace(around, has_speeds=has_speeds)), found.get(path.name, [])
         if result in self.refused and self.root.absolute() not in (result.absolute(), *result.absolute().parents):
             faults = [*faults, self.refused[result]]
-        return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
+        return FileAudit(str(path), f"program ({suffix})", tuple(faults), checked)
 
     def _two_robots(self, raw: bytes, path: Path) -> FileAudit:
         faults = two_robot_faults(raw, path, self.around.arc_output)
@@ -161,13 +163,10 @@ class _Audit:
         kind = f"program of two robots ({path.suffix.lower()})"
         return FileAudit(str(path), kind, tuple(faults), CHECKED if swept is None else SWEPT)
 
-    def _executed(self, path: Path, around: Surroundings) -> tuple[bool, dict[str, list[Fault]]]:
-        """Return whether a header states speeds, and what shows when the programs beside a file are executed.
-
-        Faults by the names of their files.
-        """
+    def _executed(self, path: Path, around: Surroundings) -> tuple[bool, dict[str, list[Fault]]] | None:
+        """Return whether a header states speeds, and faults by files of what is executed; None if nothing can be."""
         if (controller := interpreted(path)) is None:
-            return False, {}
+            return None
         key = path.parent, controller.name
         if key not in self.of_programs:
             files = _files_beside(path, controller)
