@@ -76,16 +76,17 @@ def advise(
         what=f"advising for {part_step}",
         use_cache=not no_cache,
     )
+    from wpcal.touch.advice import Advice, template_csv
+
     if out is not None:
         from wpcal.core.records import write_file
-        from wpcal.touch.advice import template_csv
 
         write_file(out, template_csv(found.template_rows()), overwrite=force)
     if as_json:
         print_json(found.to_record())
     else:
         _show(found, part_step.name, out)
-    return 1 if getattr(found, "why_not", "") else 0
+    return 0 if isinstance(found, Advice) or not found.why_not else 1
 
 
 def _show(found: Advice | MovedAdvice, part: str, out: Path | None) -> None:

@@ -66,11 +66,9 @@ def decisions_in(paths: Sequence[Path]) -> list[Decision]:
 
     Raises `InputError` when there is no such file, `FormatError` when one is not what it says.
     """
-    files = [
-        file
-        for path in paths
-        for file in (sorted(chain(*map(path.rglob, (SEAMS_FILE, "*.seams.json")))) if path.is_dir() else [path])
-    ]
+    names, files = (SEAMS_FILE, "*.seams.json"), list[Path]()  # of a result, and of the picker
+    for path in paths:
+        files += sorted(chain(*map(path.rglob, names))) if path.is_dir() else [path]
     if not files:
         raise InputError(f"{', '.join(map(str, paths))}: no seams.json in it, and none in a folder below")
     found: dict[tuple[str, ...], Decision] = {}

@@ -46,7 +46,7 @@ class Swept(NamedTuple):
 def sweep(ways: Sequence[Way], tool: Reaching, *, axis: int) -> Swept:
     """Divide the moves of ways so that no point of a tool moves farther than its step between two places.
 
-    `ways`: In one frame. Their poses are numbered_rows through, and there is no move from one way to the next.
+    `ways`: In one frame. Their poses are numbered through, and there is no move from one way to the next.
     `axis`: Column of `R` along the wire.
     """
     p, R = (np.concatenate(each) for each in zip(*ways, strict=True))
