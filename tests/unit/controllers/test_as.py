@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.program_text import as_values, kawasaki
 from tests.unit.controllers.judging import arc_faults, judged
+from wpcal.controllers.audit import audit_path
 from wpcal.controllers.judge.execute import execute
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.kawasaki.arc import conditions
@@ -64,22 +65,20 @@ def welding(make_seam, **values):
 
 
 def test_a_seam_that_ends_in_an_arc_ends_the_weld_at_the_same_point(make_seam, tmp_path):
-    (text,) = write_as(welding(make_seam, job=4)).values()
+    ((name, text),) = write_as(welding(make_seam, job=4)).items()
+    (tmp_path / name).write_text(text)
+    assert "NOT CHECKED: speeds of joint moves and of lines that take" in audit_path(tmp_path).files[0].checked
     along = text.split("; SEAM START")[1].split("; SEAM END")[0].split()
     moves = [word for word in along if word.isupper() and "_" not in word]
     assert moves == ["LWS", "C1WC", "C2WC", "LWE"]
-    assert along[-2] == along[-5]  # LWE to where C2WC ended
-    assert along[-1] == ",4"
+    assert along[-2:] == [along[-5], ",4"]  # LWE to where C2WC ended
     assert arc_faults(text.encode(), tmp_path / "WPCAL.as") == []
 
 
 def test_equal_welds_share_a_condition_and_jobs_keep_theirs(make_seam):
     program = welding(make_seam, leg_mm=12.0, job=1)
-    assert {name: (own.weld, own.lines) for name, own in conditions(program).items()} == {
-        "W1.p1": (1, ()),
-        "W1.p2": (1, ()),
-        "W1.p3": (1, ()),
-    }
+    found = {name: (own.weld, own.lines) for name, own in conditions(program).items()}
+    assert found == {"W1.p1": (1, ()), "W1.p2": (1, ()), "W1.p3": (1, ())}
     program = welding(make_seam, leg_mm=12.0)
     assert {own.weld for own in conditions(program).values()} == {1}
     assert all(own.lines[0].startswith("  W1SET 1 = ") for own in conditions(program).values())

@@ -272,7 +272,7 @@ def check_coordinated(program, cell):
     (own,) = (text for file, text in controller_named(name).write(coupled).items() if file.lower().startswith("r1"))
     path = Path(f"r1.{suffix}")
     assert controller_named(name).load_grammar().is_in_step(own.encode(), path)
-    assert two_robot_faults(own.encode(), path, None) == []
+    assert two_robot_faults({path.name: own.encode()}, path, None)[0] == []
     if program.planned.is_carried:
         text = written(program, "inform")
         assert "///GROUP2 ST1" in text

@@ -26,7 +26,7 @@ HOME_DEG = [[70.0, -30.0, 40.0, -45.0, 80.0, -90.0], [-10.0, 30.0, 25.0, 5.0, -1
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A plan of two robots whose cell states a home, with its programs."""
+    """A plan of two robots whose cell states a home, with its programs, which switch the arc."""
     place = tmp_path_factory.mktemp("held")
     record = json.loads((CELLS / "two-mh6-tee.json").read_text())
     for name, home in zip(("torch_robot", "holder_robot"), HOME_DEG, strict=True):
@@ -34,7 +34,8 @@ def folder(tmp_path_factory):
     (place / "cell.json").write_text(json.dumps(record))
     with pytest.MonkeyPatch.context() as patch:
         scan_coarsely(patch)
-        ended = run_here("plan", place / "cell.json", TEE, "--seam", "W2", "-o", place / "plan")
+        arc = ["--welds", TEE.parent / "welds.json", "--arc", "on"]
+        ended = run_here("plan", place / "cell.json", TEE, "--seam", "W2", *arc, "-o", place / "plan")
     assert ended.returncode == 0
     return place / "plan"
 
@@ -100,6 +101,10 @@ def test_a_planted_wire_mesh_and_way_from_home_are_named_by_line(folder, golden)
         ("WPCAL_W2_R1.dat", r"W2_0002=\{.*?,C ", 9.0, "the wire is turned by 9 deg from its direction on W2"),
         ("WPCAL_W2.jbi", r"C00004=", 2.5, "mm off the line of W2"),
         ("wpcal_w2.ls", r"P\[3\]\{[^}]*?Y =", 2.5, "mm off the line of W2"),
+        ("WPCAL_W2_R1.mod", r"vWeld:=\[", 50.0, "mm/s along a seam: its header says 7.1 at most"),
+        ("WPCAL_W2_R1.src", r"W2_0002 WITH .VEL\.CP=", 0.05, "mm/s along a seam: its header says 7.1 at most"),
+        ("WPCAL_W2.jbi", r"SMOVL C00004 V=", 50.0, "mm/s along a seam: its header says 7.1 at most"),
+        ("wpcal_w2.ls", r"P\[2\]", 50.0, "mm/s in the air: its header says 50 at most"),
     ],
 )
 def test_the_audit_finds_a_place_beside_the_seam_of_two_robots(file, before, by, says, folder, tmp_path, golden):

@@ -31,7 +31,7 @@ from wpcal.controllers.abb.write import (
 )
 from wpcal.controllers.language.naming import comment_lines, own_name, safe_name
 from wpcal.controllers.language.touch import ResultNames, TouchWriter
-from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.controllers.program.touch_program import TouchSteps
 from wpcal.core.errors import FormatError, InputError
 from wpcal.touch.searches.plan import TouchPlan
 from wpcal.touch.searches.results import ResultsFile, SearchResults
@@ -42,14 +42,6 @@ HOME = "wptHome"
 WAY = ("wptOver", "wptSafe")  #: From the last search to the weld program.
 FOLDER = re.compile(r"[\w:/.-]+")  #: A folder of the controller, as ``HOME:`` or ``HOME:/touch``.
 HELD_MM = 0.01  #: Where a search of SmarTac ended without contact, it may leave the place as it was.
-
-
-def write_touch_rapid(program: TouchProgram) -> dict[str, str]:
-    """Write a RAPID module of searches and a module of their results: ``NAME_touch.mod``, ``NAME_touch_res.mod``.
-
-    Raises `InputError` when RAPID does not allow the name of the tool, of a signal or of the folder.
-    """
-    return _RapidTouches(program).files()
 
 
 class _RapidTouches(TouchWriter):

@@ -21,12 +21,13 @@ from wpcal.controllers.audit.programs import (
     require_grammar,
     speed_faults,
     speeds_of,
+    untimed,
 )
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
 from wpcal.controllers.audit.touches import executed_touch_faults, touch_faults
-from wpcal.controllers.audit.two_robots import CHECKED, SWEPT, swept_faults, two_robot_faults
+from wpcal.controllers.audit.two_robots import checked_in_words, swept_faults, two_robot_faults
 from wpcal.controllers.judge.execute import interpreted, that_move
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.registry import Controller, grammar_of_file
@@ -102,7 +103,7 @@ class _Audit:
         self.around, self.root, self.is_named = around, root, not root.is_dir()
         self.of_folder: dict[Path, Surroundings] = {}
         self.refused: dict[Path, Fault] = {}
-        self.of_programs: dict[tuple[Path, str], tuple[bool, dict[str, list[Fault]]]] = {}
+        self.of_programs: dict[tuple[Path, str], tuple[str, dict[str, list[Fault]]]] = {}
         self.in_step: dict[tuple[Path, str], list[tuple[str, Fault]] | None] = {}
 
     def file(self, path: Path) -> FileAudit | None:
@@ -150,21 +151,23 @@ class _Audit:
         faults = audit_poses(raw, path, stated) if grammar.has_poses(path) else []
         checked, executed = POSES_CHECKED, None if faults else self._executed(path, around)
         if executed is not None:
-            has_speeds, found = executed
-            checked, faults = str(replace(around, has_speeds=has_speeds)), found.get(path.name, [])
+            left, found = executed
+            checked, faults = str(replace(around, untimed=left)), found.get(path.name, [])
         if result in self.refused and self.root.absolute() not in (result.absolute(), *result.absolute().parents):
             faults = [*faults, self.refused[result]]
         return FileAudit(str(path), f"program ({suffix})", tuple(faults), checked)
 
     def _two_robots(self, raw: bytes, path: Path) -> FileAudit:
-        faults = two_robot_faults(raw, path, self.around.arc_output)
+        controller = interpreted(path)
+        files = {path.name: raw} if controller is None else _files_beside(path, controller, in_step=True)
+        faults, left = two_robot_faults(files, path, self.around.arc_output)
         swept = None if faults else self._in_step(path)
         faults += [fault for file, fault in swept or () if file == path.name]
         kind = f"program of two robots ({path.suffix.lower()})"
-        return FileAudit(str(path), kind, tuple(faults), CHECKED if swept is None else SWEPT)
+        return FileAudit(str(path), kind, tuple(faults), checked_in_words(left, is_swept=swept is not None))
 
-    def _executed(self, path: Path, around: Surroundings) -> tuple[bool, dict[str, list[Fault]]] | None:
-        """Return whether a header states speeds, and faults by files of what is executed; None if nothing can be."""
+    def _executed(self, path: Path, around: Surroundings) -> tuple[str, dict[str, list[Fault]]] | None:
+        """Return which speeds are not compared, and faults by files of what is executed; None if nothing can be."""
         if (controller := interpreted(path)) is None:
             return None
         key = path.parent, controller.name
@@ -186,7 +189,7 @@ class _Audit:
                 _add(found, ((place.file, Fault("NOT CHECKED: the line never runs", place.line)) for place in idle))
             _add(found, arc_faults_of(trace))
             _add(found, speed_faults(trace, stated := speeds_of(files)))
-            self.of_programs[key] = bool(stated), found
+            self.of_programs[key] = untimed(trace, stated), found
         return self.of_programs[key]
 
     def _in_step(self, path: Path) -> list[tuple[str, Fault]] | None:

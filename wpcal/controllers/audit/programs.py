@@ -37,6 +37,7 @@ from wpcal.taught.programs import BASE, ProgramPoint
 
 ON_LINE = f"within {OFF_MM:g} mm of their seams"
 IN_TIME = "lines no faster than their headers say"
+NO_SPEEDS = "speeds: no header states them"
 ROUNDED = 1.01  #: A language writes a speed with few digits.
 
 
@@ -57,13 +58,12 @@ class Surroundings:
     lines: tuple[Track, ...] | None = None
     #: Digital output that switches the arc; None for that which the header of a program states.
     arc_output: int | None = None
-    has_speeds: bool = False  #: Whether a header beside the program, or its own, states the largest speeds.
+    untimed: str = NO_SPEEDS  #: Which speeds are not compared.
 
     def __str__(self) -> str:
         """Say what is compared."""
         done = ["finite", "rotations", "user frames", *([ON_LINE] if self.lines else [])]
-        done += [IN_TIME] if self.has_speeds else []
-        left = ["speeds of joint moves" if self.has_speeds else "speeds: no header states them"]
+        done, left = [*done, *([] if self.untimed == NO_SPEEDS else [IN_TIME])], [self.untimed]
         if self.arm is not None:
             done.append(f"inside the reach of {self.arm.name}")
         if self.part is not None:
@@ -85,7 +85,9 @@ def audit_poses(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
         return [Fault.of(error, str(path))]
 
 
-def executed(files: Files, around: Surroundings, **given: Any) -> tuple[Trace, dict[str, list[Fault]]]:
+def executed(
+    files: Files, around: Surroundings, *, leader: Recorder | None = None, **given: Any
+) -> tuple[Trace, dict[str, list[Fault]]]:
     """Execute the files of programs that lie together; faults of files that cannot be loaded, by name.
 
     `given`: Of the recorder.
@@ -99,6 +101,7 @@ def executed(files: Files, around: Surroundings, **given: Any) -> tuple[Trace, d
                 tools=(UNDECLARED, *NUMBERS),
                 T_base_frame=np.eye(4) if around.T_base_part is None else around.T_base_part.matrix,
                 recorder=Recorder(pulses_of(arm), arc_output=around.arc_output, **given),
+                leader=leader,
             )
         except FormatError as error:
             name = error.path if error.path in left else next(iter(left))
@@ -125,6 +128,14 @@ def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:
 def speeds_of(files: Files) -> dict[str, list[float]]:
     """Return the largest speeds along seams and in the air, mm/s, of the files whose header states them."""
     return {name: found for name, text in texts_of(files).items() if len(found := stated_speeds(text)) == len(SPEEDS)}
+
+
+def untimed(trace: Trace, stated: Mapping[str, Sequence[float]]) -> str:
+    """Say which speeds of programs are not compared with their headers, which state these."""
+    if not stated:
+        return NO_SPEEDS
+    unknown = any(each.kind != "J" and each.place.speed_mm_s is None for each in trace.motions)
+    return f"speeds of joint moves{' and of lines that take a speed of the controller' if unknown else ''}"
 
 
 def speed_faults(trace: Trace, stated: Mapping[str, Sequence[float]]) -> Iterator[tuple[str, Fault]]:

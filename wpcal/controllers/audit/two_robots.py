@@ -18,10 +18,21 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.off_line import OFF_MM, off_line_faults, planned_line, tools_in_part
-from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, executed, require_grammar
-from wpcal.controllers.judge.execute import UNDECLARED, Files
-from wpcal.controllers.judge.in_step import in_step
+from wpcal.controllers.audit.programs import (
+    IN_TIME,
+    NO_SPEEDS,
+    Surroundings,
+    arc_faults_of,
+    executed,
+    require_grammar,
+    speed_faults,
+    speeds_of,
+    untimed,
+)
+from wpcal.controllers.judge.execute import UNDECLARED, Files, texts_of
+from wpcal.controllers.judge.in_step import in_step, is_second
 from wpcal.controllers.language.grammar import ENCODING
+from wpcal.controllers.run.recorder import Recorder
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import ErrorCode, WpcalError
 from wpcal.core.input_file import read_bytes
@@ -31,27 +42,36 @@ from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.run_record import PLAN_SCHEMA
 from wpcal.planning.sequence.kept_plan import CELL_FILE, INPUT, PLAN_FILE, require_as_made
 
-CHECKED = (
-    "of two robots, or of a robot and its positioner: the same marks in both, moves of both, what they name, arc; "
-    "NOT compared with the part or with the reach of an arm"
-)
+CHECKED = "of two robots, or of a robot and its positioner: the same marks in both, moves of both, what they name, arc"
 SWEPT = f"of two robots: within {OFF_MM:g} mm of the plan, swept together in its cell, wire and held part included"
 
 
-def two_robot_faults(raw: bytes, path: Path, output: int | None) -> list[Fault]:
-    """Return the faults of a program of two robots."""
-    grammar, lines, own = require_grammar(path), raw.decode(ENCODING).splitlines(), list[Fault]()
+def checked_in_words(left: str, *, is_swept: bool) -> str:
+    """Say what is compared in programs of two robots, and what is not: beside the rest, which speeds."""
+    done = [SWEPT if is_swept else CHECKED, *([] if left == NO_SPEEDS else [IN_TIME])]
+    return f"{', '.join(done)}; NOT CHECKED: {left}{'' if is_swept else ', the part, the reach of an arm'}"
+
+
+def two_robot_faults(files: Files, path: Path, output: int | None) -> tuple[list[Fault], str]:
+    """Return the faults of a program of two robots, and which speeds are not compared.
+
+    `files`: It and those beside it. Robot 2 takes the time of the torch, however fast it is.
+    """
+    grammar, text, own = require_grammar(path), texts_of(files)[path.name], list[Fault]()
+    lines = text.splitlines()
     has_poses = grammar.has_poses(path)
     if has_poses:
         try:
-            grammar.read(raw.decode(ENCODING), str(path))
+            grammar.read(text, str(path))
         except WpcalError as error:
-            return [Fault.of(error, str(path))]
+            return [Fault.of(error, str(path))], NO_SPEEDS
     if not has_poses or grammar.moves_of is None:
         own += _compared(lines, path, grammar.mark) if grammar.mark else ()
         own += (Fault(what, line) for what, line in grammar.judge_step(lines, path)) if grammar.judge_step else ()
-    trace, _ = executed({path.name: raw}, Surroundings(arc_output=output))
-    return [*own, *(fault for _, fault in arc_faults_of(trace))]
+    trace, _ = executed(files, Surroundings(arc_output=output), leader=Recorder())
+    stated = speeds_of(files)
+    found = [*arc_faults_of(trace), *(() if is_second(path) else speed_faults(trace, stated))]
+    return [*own, *(fault for file, fault in found if file == path.name)], untimed(trace, stated)
 
 
 def swept_faults(folder: Path, files: Files) -> list[tuple[str, Fault]] | None:

@@ -36,7 +36,7 @@ from wpcal.controllers.fanuc.write import (
     tp_speed,
 )
 from wpcal.controllers.language.touch import NOT_RUN, Numbers, SearchText, TouchWriter
-from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.controllers.program.touch_program import TouchSteps
 from wpcal.core.errors import FormatError, InputError
 from wpcal.touch.searches import halves_of
 from wpcal.touch.searches.plan import TouchPlan
@@ -55,15 +55,6 @@ INPUTS = Numbers(default=1, most=4096)
 LARGEST_FRAME = 9  #: The last user frame, unless the controller was set up for more.
 HEAD = 5  #: Registers before the outcomes: two of the fingerprint, user frame, tool, count. Behind them: the misses.
 PARALLEL = 1e-3  #: Sine of the largest angle between a search of the package and its axis: 0.06 degrees.
-
-
-def write_touch_fanuc(program: TouchProgram) -> dict[str, str]:
-    """Write a TP program of searches, ``NAME_TOUCH.ls``.
-
-    Raises `InputError` when there are too few registers, TP cannot write a speed, the configuration is missing, TP has
-    no such input, output or user frame, or a search of the package does not run along an axis of the part.
-    """
-    return _TpTouches(program).files()
 
 
 class _TpTouches(TouchWriter):

@@ -174,7 +174,7 @@ def in_step(
     `tools`: Names and numbers of the torch.
     """
     texts = texts_of(files)
-    robots = [{name: text for name, text in texts.items() if _robot(name) == robot} for robot in ("1", "2")]
+    robots = [{name: text for name, text in texts.items() if _robot(Path(name)) == robot} for robot in ("1", "2")]
     holder, is_one = Recorder(pulses_of(cell.arm2)), not all(robots)
     torch = execute(
         texts if is_one else robots[0],
@@ -188,11 +188,9 @@ def in_step(
     faults = [(each.place.file, each.place.line, each.text) for each in (*torch.unknowns, *held.unknowns)]
     faults += _complaints(texts)
     faults += ((place.file, place.line, what) for place, what in arc_faults(torch))
-    on_seam = list(_on_seam(torch))
     if sum(each.does in SEAM_ENDS for each in torch.events) != len(SEAM_MARKS):
         faults.append((next(iter(texts)), 1, "the comments at the start and at the end of the seam are not there once"))
     pairs = list(_joined(_paired(torch, held, faults), cell, start[JOINTS:], faults))
-    motions = [replace(one, seam=int(is_on)) for (one, _), is_on in zip(pairs, on_seam, strict=False)]
     lines = {
         (one.place.file, one.place.line): f"with {two.place.file}, line {two.place.line}: "
         for one, two in pairs
@@ -207,16 +205,7 @@ def in_step(
         is_carried=not is_one,  # one program for both has poses in the base of each robot
         holder_on_line=any(motion.kind == "L" for motion in held.motions),
     )
-    return InStep(motions, lines, sweep, start, faults)
-
-
-def _on_seam(torch: Trace) -> Iterator[bool]:
-    """Yield of each move of the torch whether it is behind the first mark of a seam, and before the second."""
-    count = 0
-    for each in torch.events:
-        count += each.does in SEAM_ENDS
-        if each.does is Does.MOVE:
-            yield count == 1
+    return InStep([one for one, _ in pairs], lines, sweep, start, faults)
 
 
 def _joined(
@@ -241,9 +230,14 @@ def _joined(
         yield replace(one, place=place), two
 
 
-def _robot(name: str) -> str:
-    found = ROBOT.fullmatch(Path(name).stem)
+def _robot(path: Path) -> str:
+    found = ROBOT.fullmatch(path.stem)
     return "" if found is None else found[1]
+
+
+def is_second(path: Path) -> bool:
+    """Tell whether a program is that of robot 2, which holds the part."""
+    return _robot(path) == "2"
 
 
 def _complaints(texts: Mapping[str, str]) -> Iterator[tuple[str, int, str]]:

@@ -31,18 +31,10 @@ from wpcal.controllers.kawasaki.write import (
 from wpcal.controllers.language.naming import own_name
 from wpcal.controllers.language.rounding import texts
 from wpcal.controllers.language.touch import Numbers, ResultNames, TouchWriter
-from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.controllers.program.touch_program import TouchSteps
 from wpcal.touch.searches.plan import TouchPlan
 from wpcal.touch.searches.results import ResultsFile, SearchResults
 from wpcal.touch.searches.setup import TouchSetup
-
-
-def write_touch_as(program: TouchProgram) -> dict[str, str]:
-    """Write an AS file of searches, ``NAME_touch.as``.
-
-    Raises `InputError` when AS does not allow the tool's name, or has no such input or output.
-    """
-    return _AsTouches(program).files()
 
 
 class _AsTouches(TouchWriter):

@@ -43,7 +43,7 @@ from wpcal.controllers.language.post import metres_per_second
 from wpcal.controllers.language.rounding import zyx_degrees
 from wpcal.controllers.language.touch import Numbers, ResultNames, SearchText, TouchWriter
 from wpcal.controllers.program.in_run import Term
-from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.controllers.program.touch_program import TouchSteps
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
@@ -56,14 +56,6 @@ LARGEST_INTERRUPT = 39  #: Numbers up to it, and from 81 on, are free for users.
 HOME = "WPHOME"
 WAY = ("WPOVER", "WPSAFE")  #: From the last search to the weld program.
 ZERO = "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}"
-
-
-def write_touch_krl(program: TouchProgram) -> dict[str, str]:
-    """Write a KRL program of searches and its data list: ``NAME_touch.src`` and ``NAME_touch.dat``.
-
-    Raises `InputError` when KRL has no such input, output or interrupt.
-    """
-    return _KrlTouches(program).files()
 
 
 class _KrlTouches(TouchWriter):

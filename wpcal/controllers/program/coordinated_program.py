@@ -15,7 +15,7 @@ import numpy as np
 
 from wpcal.controllers.program import ControllerSettings, WeldPath
 from wpcal.controllers.program.arc import ArcSettings, arc_in_words, seam_marks
-from wpcal.controllers.program.describe import describe_path
+from wpcal.controllers.program.describe import describe_path, speeds_in_words
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.version import __version__
@@ -265,6 +265,7 @@ def _notes(found: CoordinatedRun, path: WeldPath, arc: ArcSettings | None) -> tu
         f"in the part the wire is at most {off} off the seam (allowed: {moves.most_mm:g} mm, 0.5 deg)",
         f"the part is at most {turned:.2f} deg and {found.part_off_mm:.1f} mm from where the plan has it",
         f"{UNSWEPT}; its moves as planned: {found.check.verdict.value}; {found.check.describe()}",
+        *speeds_in_words(found.run.schedule.speed_mm_s, AIR_SPEED_MM_S),
         arc_in_words(arc),
         NOT_CHECKED.replace(", the way to the first point", "") if found.cell.goes_from_home else NOT_CHECKED,
     )

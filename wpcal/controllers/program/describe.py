@@ -109,9 +109,13 @@ def describe(program: WeldProgram) -> list[str]:
     lines += _of_plan(program, program.planned) if program.planned is not None else _of_seams(program)
     woven = describe_woven_data(path.run for path in program.paths)
     unchecked = PLAN_NOT_CHECKED if program.planned is not None else (NOT_CHECKED,)
-    speeds = max(map(program.weld_speed_mm_s, program.paths)), program.motion.air_speed_mm_s
-    told = [f"{what} speed <= {mm_s:g} mm/s" for what, mm_s in zip(SPEEDS, speeds, strict=True)]
+    told = speeds_in_words(max(map(program.weld_speed_mm_s, program.paths)), program.motion.air_speed_mm_s)
     return [*lines, *told, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *unchecked]
+
+
+def speeds_in_words(*mm_s: float) -> list[str]:
+    """Say in a header which speeds, as `SPEEDS`, no line of its program exceeds."""
+    return [f"{what} speed <= {most:g} mm/s" for what, most in zip(SPEEDS, mm_s, strict=True)]
 
 
 def stated_speeds(text: str) -> list[float]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from wpcal.controllers.language.rounding import texts
 from wpcal.controllers.language.touch import Numbers, TouchWriter
-from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.controllers.program.touch_program import TouchSteps
 from wpcal.controllers.ur.grammar import MM_PER_M
 from wpcal.controllers.ur.write import (
     DECIMALS,
@@ -40,14 +40,6 @@ from wpcal.touch.searches.setup import TouchSetup
 
 STOP_M_S2 = 2.0  #: Deceleration at contact: from 10 mm/s within 0.03 mm.
 HOST = re.compile(r"[A-Za-z0-9.:_-]+")  #: The name or the address of a computer.
-
-
-def write_touch_urscript(program: TouchProgram) -> dict[str, str]:
-    """Write a URScript program of searches, ``NAME_touch.script``.
-
-    Raises `InputError` when the robot has no such input or output, or the results cannot be sent to such a computer.
-    """
-    return _ScriptTouches(program).files()
 
 
 class _ScriptTouches(TouchWriter):

@@ -212,10 +212,10 @@ class Interpreter(LineInterpreter):
         else:
             self.go("J", self._T_base(point))
 
-    def _to_joints(self, kind: str, point: _Point, via: _Point | None = None) -> None:
+    def _to_joints(self, kind: str, point: _Point, via: _Point | None = None, mm_s: float | None = None) -> None:
         middle = None if via is None else np.array(via.values)
         self.tool = point.tool
-        self.machine.at = replace(self.machine.at, tool=point.tool)
+        self.machine.at = replace(self.machine.at, tool=point.tool, speed_mm_s=mm_s)
         self.machine.joint_move(np.array(point.values), kind=kind, via=middle, in_pulses=point.kind == "PULSE")
 
     def _lead(self, point: _Point) -> None:
@@ -231,7 +231,7 @@ class Interpreter(LineInterpreter):
         if not is_search:
             self._options(rest)
             if point.kind in JOINT_KINDS:
-                self._to_joints("L", point)
+                self._to_joints("L", point, mm_s=float(speed))
                 return
         goal = self._T_base(point)
         if not is_search:
@@ -263,7 +263,7 @@ class Interpreter(LineInterpreter):
         if len(self.arc) in {1, 3}:
             kind, via = ("L", None) if len(self.arc) == 1 else ("C", self.arc[1])
             if point.kind in JOINT_KINDS:
-                self._to_joints(kind, point, via)
+                self._to_joints(kind, point, via, float(speed))
             else:
                 T_via = None if via is None else self._T_base(via)
                 self.go(kind, self._T_base(point), via=T_via, speed_mm_s=float(speed))

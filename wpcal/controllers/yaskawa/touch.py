@@ -20,7 +20,7 @@ import numpy as np
 from wpcal.controllers.language.jobs import frame_in_words
 from wpcal.controllers.language.rounding import rounded_frame
 from wpcal.controllers.language.touch import Numbers, TouchWriter
-from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.controllers.program.touch_program import TouchSteps
 from wpcal.controllers.yaskawa.read import AXES, Variables, variables_of
 from wpcal.controllers.yaskawa.write import (
     CONFIGURATION,
@@ -55,15 +55,6 @@ from wpcal.touch.searches.setup import TouchSetup
 
 LARGEST_FRAME = 63  #: The last user frame.
 HEAD = 5  #: D-variables: two of the fingerprint, user frame, tool, count. The next one counts the misses.
-
-
-def write_touch_inform(program: TouchProgram) -> dict[str, str]:
-    """Write an INFORM job of searches, ``NAME_TOUCH.jbi``, and ``NAME_TOUCHH.jbi`` where the plan has a home.
-
-    Raises `InputError` when there are too few variables, INFORM cannot write a speed, the configuration is missing, or
-    INFORM has no such input, output or user frame.
-    """
-    return _InformTouches(program).files()
 
 
 class _InformTouches(TouchWriter):

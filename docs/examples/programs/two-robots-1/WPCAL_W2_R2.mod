@@ -13,6 +13,8 @@ MODULE WPCAL_W2_R2
   !   held part and the bodies of the cell; its moves as planned: free; 321
   !   states checked; least: robot 1 nozzle to robot 2 base plate, 7.4 mm (3
   !   mm asked) at s = 149.5 mm
+  ! weld speed <= 7.1 mm/s
+  ! air speed <= 50 mm/s
   ! the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked
   !   at the controller FIRST
   ! NOT CHECKED: cables, hoses, what the cell does not have, the way to the

@@ -132,9 +132,7 @@ def test_an_audit_finds_a_line_faster_than_its_header_says(name: str, what: str,
         reports.append(audit_path(tmp_path).files)
     messages = {fault.message for file in reports[0] for fault in file.faults}
     assert [message.startswith(told) for message in messages] == [True]
-    said = [
-        {"speeds: no header states" in file.checked for file in files if "program" in file.kind} for files in reports
-    ]
+    said = [{"speeds: no header states" in f.checked for f in files if "program" in f.kind} for files in reports]
     assert said == [{False}, {True}]
 
 
@@ -196,8 +194,6 @@ def test_a_job_that_another_file_has_too_is_named(tmp_path: Path) -> None:
     folder = shutil.copytree(FIXTURES / "tee" / "golden", tmp_path / "tee")
     run_here("export", folder, "-f", "as", "--tool-name", "gun")
     shutil.copy(folder / "as" / "WPCAL.as", folder / "as" / "ZZZ.as")
-    faults = {
-        Path(each.path).name: [fault.message for fault in each.faults] for each in audit_path(folder / "as").files
-    }
-    assert faults["WPCAL.as"] == []
-    assert "WPCAL is declared twice: WPCAL.as has it, too" in faults["ZZZ.as"][0]
+    told = {Path(each.path).name: [fault.message for fault in each.faults] for each in audit_path(folder / "as").files}
+    assert told["WPCAL.as"] == []
+    assert "WPCAL is declared twice: WPCAL.as has it, too" in told["ZZZ.as"][0]
