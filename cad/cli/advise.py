@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.moved_advice import show_moved_advice
 from cad.cli.options import BODIES, CHOICE, FINDING, no_cache_option
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.outputs import print_json
@@ -131,4 +130,37 @@ def _counts_table(found: Advice) -> Table:
         mark = " (advised)" if advised.names == found.chosen.names else ""
         cells = (f"{len(advised.features)}{mark}", f"{advised.error_95_mm:.3f}", advised.seam)
         table.add_row(*cells, " ".join(advised.names), f"{advised.swap_rms_mm:.2f}")
+    return table
+
+
+def show_moved_advice(console: Console, found: MovedAdvice, part: str) -> None:
+    """Print the touches in their order, what they reach, and the best further one."""
+    console.print(_touches_table(found, part))
+    for line in reached_lines(found):
+        console.print(line)
+    if found.next_touch is not None:
+        console.print(f"after these, {found.next_touch.sentence()}")
+
+
+def reached_lines(found: MovedAdvice) -> list[str]:
+    """Say what touches reach: the worst seam, all seams, the tolerances, and why a tolerance is not reached."""
+    tacks = sorted({(each.mm, each.mrad) for each in found.model.bodies.tolerances})
+    told = ", ".join(f"{mm:g} mm and {mrad:g} mrad" for mm, mrad in tacks)
+    lines = [
+        f"largest predicted 95 % error of the seams: {found.error_95_mm:.2f} mm at {found.seam}, of which "
+        f"{found.unseen_mm:.2f} mm from motions that no touch sees",
+        f"all accepted seams together: within {found.joint_95_mm:.2f} mm with 95 % confidence (tack tolerance {told})",
+    ]
+    return [*lines, found.why_not] if found.why_not else lines
+
+
+def _touches_table(found: MovedAdvice, part: str) -> Table:
+    from wpcal.cli.console import new_table
+
+    table = new_table(
+        f"Touch these features of {part}, in this order", "<=touch|<=body|<where|for seam|95 % mm before|after"
+    )
+    for touch in found.touches:
+        errors = ("not held" if error is None else f"{error:.2f}" for error in (touch.before_mm, touch.after_mm))
+        table.add_row(touch.name, touch.body, touch.where, touch.seam, *errors)
     return table

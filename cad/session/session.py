@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from cad.session.next_touches import next_for_bodies
 from cad.session.part import PickPart
 from cad.session.rows import Rows, read_rows
-from cad.session.touches import predict_touches, touch_on_face
-from cad.workpiece.bodies import BodyGroup, find_bodies
+from cad.session.touches import planned_touches, predict_touches, touch_on_face
+from cad.workpiece.advise_bodies import Advisable, advise_bodies
+from cad.workpiece.bodies import BodiesOptions, BodyGroup, find_bodies
 from cad.workpiece.fit_part import fit_part
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.moving import MovingChoice
 from wpcal.calibrate import CalibrationResult, Criterion
-from wpcal.calibrate.errors.prediction import Sigma
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.controllers.taught_program import is_program, parse_program
 from wpcal.controllers.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 from wpcal.core.arrays import FloatArray
@@ -33,10 +33,13 @@ from wpcal.taught.features import ReferenceFeature, feature_named
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.touch.advice import advise_set
+from wpcal.touch.moved_advice import HowMany
 
 FIRST_LINE = 2  #: Line of the first complete row in the text of `Rows.to_csv`; the header is line 1.
 FIRST_POINTS = 4
-"""As many points are suggested at first. With three points, the residuals cannot show that one of them is wrong."""
+"""As many points or touches are suggested at first, then one at a time. With three points, the residuals cannot show
+that one of them is wrong; four touches hold the whole part."""
+SAME_MM = 1e-3  #: A feature this near to a touched point of the model is that point.
 ERROR_DIGITS = 6  #: The page shows predicted errors with 3 decimals of a millimetre.
 
 
@@ -255,3 +258,47 @@ def place_points(points: list[dict[str, Any]], row_of: Mapping[str, int], T_base
 def _one_line(message: str) -> str:
     """Return a message without line ends and control characters, which come from names in a request."""
     return printable(" ".join(message.split()))
+
+
+def next_for_bodies(
+    part: PickPart,
+    rows: Rows,
+    named: tuple[Sequence[ReferenceFeature], Sequence[ReferenceFeature]],
+    choice: BodiesOptions,
+    *,
+    teaching: TeachingError,
+    ball_mm: float,
+) -> dict[str, Any]:
+    """Choose the features that lower the error of the worst seam most.
+
+    Returns: As of `PickSession.suggest`, and ``touches``: for each feature its body, the seam that it serves, the error
+    of this seam before and after, and a sentence.
+    """
+    have, others = named
+    taken = {feature.name for feature in (*have, *others)}
+    planned = planned_touches(part, rows, ball_mm)
+    touched, points = (None, have) if planned is None else (planned[0], ())
+    made = np.zeros((0, 3)) if touched is None else touched.p_base
+    free = [
+        item
+        for item in part.touchables
+        if item.feature.kind.is_point
+        and item.feature.name not in taken
+        and not (np.linalg.norm(made - item.feature.p_mm, axis=1) < SAME_MM).any()
+    ]
+    accepted = [seam for seam in part.seams if seam.accepted]
+    found = advise_bodies(
+        Advisable(part.workpiece, accepted, free, points),
+        choice,
+        teaching=teaching,
+        seam_options=part.seam_options,
+        touched=touched,
+        how_many=HowMany(max(FIRST_POINTS - len(points) - len(made), 1)),
+    )
+    return {
+        "features": [touch.name for touch in found.touches],
+        "error_95_mm": found.error_95_mm,
+        "seam": found.seam,
+        "sigma_mm": teaching.per_axis_mm,
+        "touches": [touch.to_record() for touch in found.touches],
+    }

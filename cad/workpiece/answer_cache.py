@@ -13,6 +13,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import platform
 import stat
 import sys
 import tempfile
@@ -21,15 +22,17 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import TypeVar
 
 from cad.work.plain_data import pack, unpack
 from cad.work.plain_types import PlainDataError
-from cad.workpiece.versions import versions
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.numbers import parse_number
+from wpcal.core.own_code import code_sha256, folders_of
 
 FOLDER_VARIABLE, SIZE_VARIABLE = "WPCAL_CACHE", "WPCAL_CACHE_MB"
 """Environment variables: the folder (or `OFF`), and the largest size of all files, MB."""
@@ -235,3 +238,29 @@ def kernel_in_this_process(cache: AnswerCache) -> Iterator[None]:
         yield
     finally:
         HERE.reset(before)
+
+
+LIBRARIES = ("numpy", "scipy")  #: Libraries whose arithmetic may differ in the last digit from one version to the next.
+KERNEL = "OCP"
+"""Package of the CAD kernel. Several distributions supply it, so its files are identified and not its version."""
+
+
+@cache
+def versions() -> tuple[str, ...]:
+    """Return texts that change whenever an answer about the same part could change.
+
+    Returns: SHA-256 of all Python files of wpcal, the versions of Python, NumPy and SciPy, the files of the CAD kernel
+    with size and time of change, and the kind of processor.
+    """
+    return (
+        code_sha256(),
+        sys.version,
+        *(f"{name} {version(name)}" for name in LIBRARIES),
+        *_kernel_files(),
+        platform.machine(),
+    )
+
+
+def _kernel_files() -> tuple[str, ...]:
+    found = (entry for folder in folders_of(KERNEL) for entry in os.scandir(folder) if entry.is_file())
+    return tuple(sorted(f"{entry.path} {entry.stat().st_size} {entry.stat().st_mtime_ns}" for entry in found))

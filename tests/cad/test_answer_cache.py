@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cad.step.new_file import new_step_text
-from cad.workpiece import answer_cache, versions
+from cad.workpiece import answer_cache
 from cad.workpiece.advise import AdviseOptions
 from cad.workpiece.answer_cache import AnswerCache, file_identity, key_of, user_cache
 from cad.workpiece.seams import SeamChoice
@@ -145,11 +145,11 @@ def test_the_code_and_its_libraries_are_in_every_key(tmp_path: Path, monkeypatch
         (tmp_path / name / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(own_code, "OUR_PACKAGES", ("our_code",))
-    monkeypatch.setattr(versions, "KERNEL", "our_kernel")
-    found = [versions.versions.__wrapped__()]
+    monkeypatch.setattr(answer_cache, "KERNEL", "our_kernel")
+    found = [answer_cache.versions.__wrapped__()]
 
     def differs() -> None:
-        found.append(versions.versions.__wrapped__())
+        found.append(answer_cache.versions.__wrapped__())
         assert found[-1] not in found[:-1]
 
     (tmp_path / "our_code" / "deep").mkdir()
@@ -161,7 +161,7 @@ def test_the_code_and_its_libraries_are_in_every_key(tmp_path: Path, monkeypatch
     differs()
     os.utime(tmp_path / "our_kernel" / "kernel.so", ns=(1, 1))
     differs()
-    monkeypatch.setattr(versions, "version", lambda name: f"{name} of tomorrow")
+    monkeypatch.setattr(answer_cache, "version", lambda name: f"{name} of tomorrow")
     differs()
     monkeypatch.setattr("platform.machine", lambda: "abacus")
     differs()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.running import run_here
+from tests.unit.conftest import box_mesh
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.core.errors import FormatError, InputError
@@ -28,21 +29,14 @@ FILLET = np.array([[1.0, 0.0, 0.0], [0.0, HALF, HALF], [0.0, -HALF, HALF]]).T
 """Frame of a fillet along x between a plate below (normal z) and a wall behind (normal y reversed)."""
 
 
-def straight(make_seam, R=FILLET, n=11):
-    x = np.linspace(0.0, 100.0, n)
+def straight(make_seam, R=FILLET, n=11, length=100.0):
+    x = np.linspace(0.0, length, n)
     return make_seam("W1", np.stack([x, 0 * x, 0 * x], axis=1), np.broadcast_to(R, (n, 3, 3)), frame="base")
 
 
 def weld(make_seam, user=None, thickness=6.0, position="PB", **settings):
     files = {"thickness_mm": (thickness, "part.glb"), "position": (position, "seams.json")}
     return weld_for(straight(make_seam), PLACE, StatedWeld("W1", None, user or {}, files), shipped_rules(), **settings)
-
-
-def box(name, low, high):
-    from tests.unit.conftest import box_mesh
-
-    mesh = box_mesh(name, low, high)
-    return SolidMesh(mesh.name, mesh.points, mesh.triangles, mesh.edges)
 
 
 def test_the_wire_that_is_fed_fills_the_section_of_every_bead(make_seam, golden):
@@ -112,18 +106,32 @@ def test_a_table_of_the_user_with_a_fault_is_refused_in_one_line(tmp_path, chang
 
 
 def test_the_thickness_of_both_plates_is_felt_on_a_fillet_and_on_a_butt(make_seam):
-    wall, base = box("wall", (-10, 0, 0.0), (110, 6, 80)), box("base", (-10, -60, -12), (110, 60, 0))
+    wall, base = box_mesh("wall", (-10, 0, 0.0), (110, 6, 80)), box_mesh("base", (-10, -60, -12), (110, 60, 0))
     material = TriangleMaterial.of(PartMesh((wall, base), 0.01, 0.5))
     R = np.stack([np.array([1.0, 0.0, 0.0]), np.array([0.0, HALF, HALF]), np.array([0.0, -HALF, HALF])], axis=1)
     fillet = straight(make_seam, R).frames
     assert sorted(plate_thicknesses(fillet, material)) == pytest.approx([6.0, 12.0])
-    left, right = box("left", (-10, -50, -5), (110, -0.5, 0)), box("right", (-10, 0.5, -8), (110, 50, 0))
+    left, right = box_mesh("left", (-10, -50, -5), (110, -0.5, 0)), box_mesh("right", (-10, 0.5, -8), (110, 50, 0))
     flat = straight(make_seam, np.eye(3)).frames
     butt = SeamFrames(flat.s_mm, flat.p, flat.R, np.zeros(len(flat)), "base")
     plates = TriangleMaterial.of(PartMesh((left, right), 0.01, 0.5))
     assert sorted(plate_thicknesses(butt, plates)) == pytest.approx([5.0, 8.0])
     assert thinner((5.04, None)) == 5.0
     assert thinner((None, None)) is None
+
+
+def test_a_plate_that_is_seen_from_its_edge_is_as_thick_as_it_is(make_seam):
+    base = box_mesh("base", (-50, -60, -15), (150, 60, 0))
+
+    def felt(upper, length):
+        material = TriangleMaterial.of(PartMesh((upper, base), 0.01, 0.5))
+        return sorted(plate_thicknesses(straight(make_seam, length=length).frames, material))
+
+    assert felt(box_mesh("lap", (-10, 0, 0), (110, 80, 10)), 100.0) == pytest.approx([10.0, 15.0])
+    assert felt(box_mesh("end", (0, 0, 0), (12, 140, 90)), 12.0) == pytest.approx([12.0, 15.0])
+    lug = box_mesh("lug", (0, 0, 0), (20, 5, 15))
+    pointed = np.where((lug.points[:, 2:] > 1.0) & (lug.points[:, 1:2] > 1.0), lug.points - [0, 4.9, 0], lug.points)
+    assert felt(SolidMesh("lug", pointed, lug.triangles, lug.edges), 20.0) == pytest.approx([15.0, 20.0])
 
 
 def test_a_stretch_of_a_seam_is_cut_at_its_ends(make_seam):

@@ -29,11 +29,11 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.linked import near_tree
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.tangent import point_jacobian
-from wpcal.taught.match.occupancy import Occupancy
 from wpcal.taught.match.triangle import Triangle, choose_triangle, fit_triangles
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
+
 
 MISS = 1e-6
 """Chance that the true assignment is left out. A wrong assignment that is the only answer is then at least as rare."""
@@ -245,3 +245,49 @@ def _reach(known: FloatArray, further: FloatArray, limit: float) -> float:
     turn_squared = limit * float(np.linalg.eigvalsh(covariance[:3, :3])[-1])
     arm = float(np.linalg.norm(further - known.mean(axis=0)))
     return SLACK * (math.sqrt(limit * (1.0 + spread)) + 0.5 * turn_squared * arm)
+
+
+MOST_BOXES = 2.5e7  #: One byte per box: 25 megabytes.
+BOXES_PER_POINT = 1000.0
+"""About a hundred boxes are marked around a point: nine of ten places far from all points are then told at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Occupancy:
+    """Boxes of one size over the points; those near a point are marked."""
+
+    low: FloatArray  #: shape (3,). Corner of the table, mm.
+    size_mm: float  #: Side of a box.
+    marked: BoolArray  #: shape (nx, ny, nz).
+
+    @classmethod
+    def around(cls, points: FloatArray, reach_mm: float) -> Occupancy:
+        """Mark every box that holds a place within reach of a point, and some that only nearly do.
+
+        `points`: shape (N, 3). mm.
+        """
+        from scipy.ndimage import binary_dilation
+
+        span = np.ptp(points, axis=0) + 4.0 * reach_mm
+        boxes = min(MOST_BOXES, BOXES_PER_POINT * len(points))
+        size = max(0.5 * reach_mm, float(np.cbrt(np.prod(span) / boxes)))
+        low = points.min(axis=0) - 2.0 * reach_mm
+        shape = np.ceil(span / size).astype(np.int64) + 1
+        marked = np.zeros(shape, dtype=bool)
+        marked[tuple(((points - low) / size).astype(np.int64).T)] = True
+        return cls(low, size, np.asarray(binary_dilation(marked, _ball(reach_mm / size))))
+
+    def has_points_near(self, places: FloatArray) -> BoolArray:
+        """Tell for places, shape (m, 3), whether a point may be within reach; False means that none is."""
+        box: IntArray = np.floor((places - self.low) / self.size_mm).astype(np.int64)
+        inside = ((box >= 0) & (box < self.marked.shape)).all(axis=1)
+        box[~inside] = 0
+        return np.asarray(inside & self.marked[tuple(box.T)])
+
+
+def _ball(reach: float) -> BoolArray:
+    """Boxes whose nearest corner is within reach of some place in the middle box; reach in box sides."""
+    n = int(np.ceil(reach))
+    steps = np.maximum(np.abs(np.arange(-n, n + 1)) - 1, 0)
+    square = steps**2
+    return np.asarray(square[:, None, None] + square[:, None] + square <= reach**2)
