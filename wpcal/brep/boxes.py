@@ -71,15 +71,8 @@ class BoxTree:
         `low`, `high`: shape (n, 3). Least and greatest corner of each given box.
         Returns `query`, `box`: ndarray of int, shape (k,). Sorted by query, then box.
         """
-
-        def meets(query: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
-            met = np.ones(len(query), dtype=bool)
-            for k in range(3):
-                met &= (low_rows[k][query] <= box_high[k]) & (high_rows[k][query] >= box_low[k])
-            return met
-
-        low_rows, high_rows = np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)
-        return self.search(len(low), meets)
+        rows = np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)
+        return self.search(len(low), lambda query, *of: are_met(rows, query, of))
 
     def _down(self, queries: IntArray, meets: Meets) -> tuple[IntArray, IntArray]:
         """Take queries from the top to the lowest level, where the nodes are the boxes."""
@@ -95,6 +88,14 @@ class BoxTree:
                 query, node = np.repeat(query, FAN), (node[:, None] * FAN + np.arange(FAN)).ravel()
                 query, node = query[node < below], node[node < below]
         return query, self.order[node]
+
+
+def are_met(boxes: tuple[FloatArray, FloatArray], number: IntArray, others: tuple[FloatArray, FloatArray]) -> BoolArray:
+    """Tell which boxes of these numbers, shape (m,), touch or overlap others, corners of shape (3, m)."""
+    (low, high), (other_low, other_high), met = boxes, others, np.ones(len(number), dtype=bool)
+    for k in range(3):  # `all` along an axis of three takes five times as long
+        met &= (low[k][number] <= other_high[k]) & (high[k][number] >= other_low[k])
+    return met
 
 
 def _morton(points: FloatArray) -> IntArray:

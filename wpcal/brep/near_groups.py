@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.brep.boxes import are_met
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import THIN_MM, RayHits, passage, through_faces
 from wpcal.brep.strips import items_of
@@ -106,14 +107,13 @@ class _Boxes:
 
     def meets(self, group: IntArray, low: FloatArray, high: FloatArray) -> BoolArray:
         """Tell which groups may meet axis-parallel boxes (corners of shape (3, m)): six of the separating axes."""
-        met = np.ones(len(group), dtype=bool)
+        met = are_met((self.low_xyz, self.high_xyz), group, (low, high))
         for k in range(3):
-            met &= (self.low_xyz[k][group] <= high[k]) & (self.high_xyz[k][group] >= low[k])
-        rows = np.flatnonzero(met)
-        group, middle, half = group[rows], (low[:, rows] + high[:, rows]).T / 2, (high[:, rows] - low[:, rows]).T / 2
-        axes = self.axes[group]
-        at, reach = np.einsum("mij,mj->mi", axes, middle), np.einsum("mij,mj->mi", np.abs(axes), half)
-        met[rows] = ((at - reach <= self.high[group]) & (at + reach >= self.low[group])).all(axis=1)
+            rows = np.flatnonzero(met)
+            own, axis = group[rows], self.axes[:, k].T[:, group[rows]]
+            low_k, high_k = np.take(low, rows, axis=1), np.take(high, rows, axis=1)
+            at, reach = (axis * (low_k + high_k)).sum(axis=0) / 2, (np.abs(axis) * (high_k - low_k)).sum(axis=0) / 2
+            met[rows] = (at - reach <= self.high[own, k]) & (at + reach >= self.low[own, k])
         return met
 
     def is_beside_plane(self, graph: BrepGraph, group: IntArray, face: IntArray) -> BoolArray:

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from wpcal.brep.boundaries import sample_boundaries
-from wpcal.brep.boxes import FAR_MM, BoxTree
+from wpcal.brep.boxes import FAR_MM, BoxTree, are_met
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.patch_boxes import PatchBoxes, patch_corners, ring_boxes, widest_gaps
 from wpcal.brep.strips import Strips, items_in_chunks, wrap_angle
@@ -208,10 +208,10 @@ class TrimmedFaces:
         """
         found, (first, begin, least, most) = [np.zeros((2, 0), dtype=np.int64)], self._blocks
         for row, block in items_in_chunks(first, faces, MOST_PAIRS):
-            met = np.flatnonzero(((least[block] <= high[row]) & (most[block] >= low[row])).all(axis=1))
+            met = np.flatnonzero(are_met((least, most), block, (low.T[:, row], high.T[:, row])))
             for own, piece in items_in_chunks(begin, block[met], MOST_PAIRS):
-                at, p0, p1 = row[met[own]], self.p0[piece], self.p1[piece]
-                near = ((np.minimum(p0, p1) <= high[at]) & (np.maximum(p0, p1) >= low[at])).all(axis=1)
+                at = row[met[own]]
+                near = are_met(self._piece_boxes, piece, (low.T[:, at], high.T[:, at]))
                 found.append(np.stack([at[near], piece[near]]))
         row, piece = np.concatenate(found, axis=1)
         return row, piece
@@ -223,8 +223,14 @@ class TrimmedFaces:
         first = np.concatenate([[0], np.cumsum(counts)])
         number = np.arange(first[-1]) - np.repeat(first[:-1], counts)
         begin = np.append(np.repeat(self.start[:-1], counts) + BLOCK * number, self.start[-1])
-        low, high = np.minimum(self.p0, self.p1), np.maximum(self.p0, self.p1)
-        return first, begin, np.minimum.reduceat(low, begin[:-1]), np.maximum.reduceat(high, begin[:-1])
+        low, high = self._piece_boxes
+        return first, begin, np.minimum.reduceat(low, begin[:-1], axis=1), np.maximum.reduceat(high, begin[:-1], axis=1)
+
+    @cached_property
+    def _piece_boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest corner of a box around each piece, two arrays (3, m)."""
+        ends = np.ascontiguousarray(self.p0.T), np.ascontiguousarray(self.p1.T)
+        return np.minimum(*ends), np.maximum(*ends)
 
     def nearest_pieces(self, faces: IntArray, points: FloatArray) -> IntArray:
         """Return the piece of the boundary of each face, shape (m,), that is nearest to a point; -1 without a boundary.

@@ -117,9 +117,9 @@ def _walk(start: int, link: dict[int, int], used: BoolArray) -> Chain:
     return Chain(np.array(rows, dtype=np.int64), np.array(flip, dtype=bool), closed)
 
 
-def rounded_place(p: FloatArray) -> tuple[float, ...]:
-    """Return a point, shape (3,), for comparing places: rounded_place to `ROUND_MM`, without a negative zero."""
-    return tuple((np.round(p / ROUND_MM) * ROUND_MM + 0.0).tolist())
+def rounded_places(p: FloatArray) -> FloatArray:
+    """Return places, shape (n, k), for comparing: rounded to `ROUND_MM`, without a negative zero."""
+    return np.asarray(np.round(p / ROUND_MM) * ROUND_MM + 0.0, dtype=np.float64)
 
 
 def groups(keys: list[tuple[object, ...]]) -> IntArray:

@@ -11,7 +11,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.repeats import Copy
 from wpcal.core.arrays import IntArray
-from wpcal.seam.seam import NamedSolids, Seam, SeamPieces
+from wpcal.seam.seam import NamedSolids, Seam, SeamFrames, SeamPieces
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,12 +50,13 @@ def _moved(graph: BrepGraph, copy: Copy, seams: Sequence[Seam]) -> list[Seam]:
         replace(
             seam,
             solids=_named(seam.solids, names),
-            pieces=replace(seam.pieces, edge=edge[k0:k1], wall=wall[k0:k1], base=base[k0:k1]),
-            frames=replace(seam.frames, p=p[n0:n1]),
+            pieces=SeamPieces(edge[k0:k1], own.t0, own.t1, wall[k0:k1], base[k0:k1], own.gap_mm),
+            frames=SeamFrames(at.s_mm, p[n0:n1], at.R, at.angle_rad, at.frame),
             reasons=tuple(text.told_of(names) if isinstance(text, NamedSolids) else text for text in seam.reasons),
             inside=_named(seam.inside, names),
         )
         for seam, (k0, k1), (n0, n1) in zip(seams, of_piece, of_frame, strict=True)
+        for own, at in [(seam.pieces, seam.frames)]
     ]
 
 

@@ -11,7 +11,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray
 from wpcal.core.process import give_memory_back
-from wpcal.seam.chain import rounded_place
+from wpcal.seam.chain import rounded_places
 from wpcal.seam.copies import CopiedSeams
 from wpcal.seam.edit import candidates_of
 from wpcal.seam.find.bead_bodies import as_drawn
@@ -134,7 +134,7 @@ def judge_candidates(
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks, like=found.alike)
     judged = _reached(graph, trimmed, found.seams, options, judge)
     judged = weld_round_corners(graph, trimmed, judged, options, judge)
-    judged.sort(key=_in_order)
+    judged = _in_order(judged)
     candidates = candidates_of(graph, judged, [f"W{number}" for number in range(1, len(judged) + 1)])
     told = [
         replace(seam, name=found_as.name, candidate=found_as, reasons=tuple(str(text) for text in seam.reasons))
@@ -143,10 +143,12 @@ def judge_candidates(
     return tuple(with_short_ends(graph, trimmed, told, options.judging.level))
 
 
-def _in_order(seam: Seam) -> tuple[bool, tuple[float, ...], tuple[float, ...]]:
-    """Return what seams are sorted by. An added edge without a contact comes last: the others keep their names."""
-    is_more = seam.source is SeamSource.ADDED and seam.joint is JointType.UNKNOWN
-    return is_more, rounded_place(np.round(seam.frames.p[0], 3)), rounded_place(np.round(seam.frames.p[-1], 3))
+def _in_order(seams: list[Seam]) -> list[Seam]:
+    """Sort seams by their places. An added edge without a contact comes last: the others keep their names."""
+    is_more = [seam.source is SeamSource.ADDED and seam.joint is JointType.UNKNOWN for seam in seams]
+    ends = np.array([seam.frames.p[[0, -1]] for seam in seams]).reshape(-1, 6)
+    keys = list(zip(is_more, rounded_places(np.round(ends, 3)).tolist(), strict=True))
+    return [seams[row] for row in sorted(range(len(seams)), key=keys.__getitem__)]
 
 
 def _with_wide_gaps(

@@ -64,11 +64,12 @@ def is_turned(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     outer = shaft & (graph.face_outward > 0)
     p = np.concatenate([trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] for face in rest.tolist()])
     is_along = (kind[rest] == SurfaceKind.PLANE) & (np.abs(graph.face_frame[rest, 3] @ z) <= TURNED_SIN)
+    most = graph.face_param[outer, 0].max(initial=0.0) + TURNED_MM
+    if not is_along.any() or (off_axis(p, o, z) > most).any():
+        return False
     edges = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
     sides = graph.edge_faces[edges[are_concave(graph, edges)]]
-    is_corner = shaft[sides].any(axis=1) & ~is_round[sides].all(axis=1)
-    most = graph.face_param[outer, 0].max(initial=0.0) + TURNED_MM
-    if not is_along.any() or (off_axis(p, o, z) > most).any() or is_corner.any():
+    if (shaft[sides].any(axis=1) & ~is_round[sides].all(axis=1)).any():
         return False
     surface, low, high = sampled_surface(graph, trimmed, solid), (p @ z).min(), (p @ z).max()
     own = outer[surface.face] & (surface.p @ z > low) & (surface.p @ z < high)

@@ -116,17 +116,12 @@ def _ranks(graph: BrepGraph, joined: JoinedPieces, *, by_length: bool) -> IntArr
     pieces = joined.pieces
     groove = np.array([weld is not WeldType.FILLET for weld in joined.weld], dtype=bool)
     word = np.array([WORDS.index(joint) for joint in joined.joint], dtype=np.int64)
-    length = np.round(_chords(graph, pieces), 3) if by_length else np.zeros(len(pieces))
+    chords = np.diff(sample_pieces(graph, pieces, SHARES)[1], axis=1) if by_length else np.zeros((len(pieces), 1, 3))
+    length = np.round(np.linalg.norm(chords, axis=2).sum(axis=1), 3)
     rank = np.empty(len(pieces), dtype=np.int64)
     columns = (np.arange(len(pieces)), word, np.round(pieces.gap_mm[:, 1], ROUND_DIGITS), -length, groove)
     rank[np.lexsort(columns)] = np.arange(len(pieces))
     return rank
-
-
-def _chords(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
-    """Return about how long pieces are, mm."""
-    p = sample_pieces(graph, pieces, SHARES)[1]
-    return np.asarray(np.linalg.norm(np.diff(p, axis=1), axis=2).sum(axis=1), dtype=np.float64)
 
 
 def _without_twins(graph: BrepGraph, joined: JoinedPieces, gap_mm: float) -> JoinedPieces:

@@ -57,12 +57,12 @@ def judge_seams(
     """
     if not seams:
         return ()
-    is_joint = [judge.said.are_joints(seam.pieces.wall, seam.pieces.base).all() for seam in seams]
     concave = _concave_evidence(graph, trimmed, seams) if options.concave is ConcaveEdges.AUTO else {}
     found = []
     for row, seam in enumerate(seams):
         kept = (finding for finding in seam.findings if finding.rule in OF_WHOLE_PART)
-        found.append([*judge.evidence(seam), *(() if is_joint[row] else concave.get(row, ())), *kept])
+        is_joint = row in concave and judge.said.are_joints(seam.pieces.wall, seam.pieces.base).all()
+        found.append([*judge.evidence(seam), *(() if is_joint else concave.get(row, ())), *kept])
     judge.add_shape_evidence(seams, found)
     judged = []
     for seam, own in zip(seams, found, strict=True):

@@ -38,7 +38,10 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
         return []
     solids = solids_of(graph, pieces)
     keys = [(*pair, weld) for pair, weld in zip(solids.tolist(), joined.weld, strict=True)]
-    bridges = _bridges(graph, pieces, options) if source is SeamSource.CONTACT else None
+    bridges = None
+    if source is SeamSource.CONTACT:  # contacts are joined across interruptions
+        side = np.stack([outward(graph, pieces, t) for t in (pieces.t0, pieces.t1)], axis=1)
+        bridges = Bridges(options.join_mm, options.gap_for(graph), side)
     chains = chain_pieces(graph, pieces, groups(keys), split_rad=options.split_rad, bridges=bridges)
     runs = directed_runs(graph, pieces, chains)
     frames, lengths, closed = measured(graph, runs, np.array([chain.closed for chain in chains], dtype=bool), options)
@@ -65,12 +68,6 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
             )
         )
     return seams
-
-
-def _bridges(graph: BrepGraph, pieces: SeamPieces, options: SeamOptions) -> Bridges:
-    """Return what joins contacts across interruptions."""
-    side = np.stack([outward(graph, pieces, t) for t in (pieces.t0, pieces.t1)], axis=1)
-    return Bridges(options.join_mm, options.gap_for(graph), side)
 
 
 def _bridge_words(graph: BrepGraph, run: SeamPieces) -> tuple[str, ...]:

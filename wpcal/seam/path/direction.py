@@ -15,7 +15,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.last_held import last_held
-from wpcal.seam.chain import ROUND_MM, Chain
+from wpcal.seam.chain import Chain, rounded_places
 from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import SeamPieces
 
@@ -79,16 +79,12 @@ def _directed(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> Runs
     return _from_smallest_points(graph, runs, closed)
 
 
-def _rounded(p: FloatArray) -> FloatArray:
-    return np.asarray(np.round(p / ROUND_MM) * ROUND_MM + 0.0, dtype=np.float64)
-
-
 def precedes(p: FloatArray, q: FloatArray) -> BoolArray:
     """Tell which rows of p come before those of q, compared by x, then y, then z after rounding, shape (n,).
 
     `p`, `q`: shape (n, 3). Points in one frame, mm.
     """
-    a, b = _rounded(p), _rounded(q)
+    a, b = rounded_places(p), rounded_places(q)
     before = a[:, 2] < b[:, 2]
     for k in (1, 0):
         before = (a[:, k] < b[:, k]) | ((a[:, k] == b[:, k]) & before)
@@ -144,7 +140,7 @@ def _smallest_points(graph: BrepGraph, runs: Runs, loops: IntArray) -> tuple[Int
     run = runs.run_of_piece
     rows = np.flatnonzero(np.isin(run, loops))
     t, p = sample_pieces(graph, runs.pieces.select(rows), np.linspace(0.0, 1.0, LOOP_SAMPLES))
-    x, y, z = _rounded(p.reshape(-1, 3)).T
+    x, y, z = rounded_places(p.reshape(-1, 3)).T
     of_sample = np.repeat(run[rows], LOOP_SAMPLES)
     order = np.lexsort((z, y, x, of_sample))
     first = order[np.flatnonzero(np.diff(of_sample[order], prepend=-1))]
