@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 122_393,
-    "lines of tests": 63_813,
+    "lines of tests": 63_808,
     "rooms": 18,
     "arrows between rooms": 80,
     "imported packages that pyproject.toml does not declare": 0,

@@ -22,7 +22,7 @@ def write_compas(program: WeldProgram) -> dict[str, str]:
     """Write one JSON file with all seams. ``NAME.compas.json``."""
     record = {
         "schema": SCHEMA,
-        "about": describe(program),
+        "about": describe(program, has_arc=False),
         "frame": "base",
         "units": {"length": "mm"},
         "wire_axis": f"+{program.torch.tool_axis.value}",

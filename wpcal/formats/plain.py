@@ -11,7 +11,7 @@ import numpy as np
 
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe
+from wpcal.controllers.program.describe import describe, errors_mm
 from wpcal.controllers.registry import Exporter
 from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
@@ -33,7 +33,7 @@ def write_program_json(program: WeldProgram) -> dict[str, str]:
     torch, motion = program.torch, program.motion
     record = {
         "schema": PROGRAM_SCHEMA,
-        "about": describe(program),
+        "about": describe(program, has_arc=False),
         "frame": "base",
         "units": {"length": "mm", "angle": "deg", "speed": "mm/s"},
         "wire_axis": f"+{torch.tool_axis.value}",
@@ -46,15 +46,14 @@ def write_program_json(program: WeldProgram) -> dict[str, str]:
         },
         "motion": {"speed_mm_s": motion.speed_mm_s, "air_speed_mm_s": motion.air_speed_mm_s},
         "safe_point": None if program.safe_point is None else _poses(program.safe_point)[0],
-        "seams": [_seam(path) for path in program.paths],
+        "seams": [_seam(path, program.weld_speed_mm_s(path)) for path in program.paths],
     }
     name = safe_name(program.controller.program_name, NAMES)
     return {f"{name}.program.json": to_json(record), schema_file(PROGRAM_SCHEMA): schema_text(PROGRAM_SCHEMA)}
 
 
-def _seam(path: WeldPath) -> dict[str, Any]:
-    errors = _errors(path)
-    rows = zip(path.roles, _poses(path), errors, strict=True)
+def _seam(path: WeldPath, mm_s: float) -> dict[str, Any]:
+    rows = zip(path.roles, _poses(path), errors_mm(path), strict=True)
     poses = [{"role": role, **pose, "u95_mm": error} for role, pose, error in rows]
     seam = path.seam
     return {
@@ -63,6 +62,7 @@ def _seam(path: WeldPath) -> dict[str, Any]:
         "weld": seam.weld.value,
         "closed": seam.closed,
         "length_mm": seam.length_mm,
+        "speed_mm_s": mm_s,
         **({} if path.run is None else {"weld_data": path.values.to_record()}),
         "poses": poses,
     }
@@ -72,12 +72,6 @@ def _poses(path: WeldPath | SafePoint) -> list[dict[str, Any]]:
     q = quaternion_from_rotation(path.R_base).tolist()
     rows = zip(path.p_base.tolist(), path.R_base.tolist(), q, strict=True)
     return [{"p_mm": p, "R": R, "q_xyzw": q_xyzw} for p, R, q_xyzw in rows]
-
-
-def _errors(path: WeldPath) -> list[float | None]:
-    if path.u95_mm is None:
-        return [None] * len(path)
-    return [*[None] * path.before, *path.u95_mm.tolist(), *[None] * path.after]
 
 
 def write_program_csv(program: WeldProgram) -> dict[str, str]:
@@ -90,7 +84,7 @@ def write_program_csv(program: WeldProgram) -> dict[str, str]:
     if program.safe_point is not None:
         table.append(["", 0, "safe", *_cells(program.safe_point)[0], "", "base", "inward"])
     for path in program.paths:
-        rows = zip(path.roles, _cells(path), _errors(path), strict=True)
+        rows = zip(path.roles, _cells(path), errors_mm(path), strict=True)
         for point, (role, cells, error) in enumerate(rows):
             last = ("" if error is None else ALL_DIGITS % error, "base", "inward")
             table.append([path.seam.name, point, role, *cells, *last])

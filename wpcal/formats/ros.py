@@ -11,7 +11,7 @@ import json
 from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe, describe_path
+from wpcal.controllers.program.describe import describe, describe_path, errors_mm
 from wpcal.controllers.registry import Exporter
 from wpcal.core.rotations import quaternion_from_rotation
 
@@ -28,19 +28,18 @@ def write_ros(program: WeldProgram) -> dict[str, str]:
     names = safe_names([path.seam.name for path in program.paths], NAMES)
     files = {f"{names[path.seam.name]}.pose_array.yaml": _pose_array(path) for path in program.paths}
     sidecar = [
-        *comment_lines(describe(program), mark="# ", longest=LONGEST_COMMENT),
+        *comment_lines(describe(program, has_arc=False), mark="# ", longest=LONGEST_COMMENT),
         f"schema: {SIDECAR_SCHEMA}",
         "message: geometry_msgs/msg/PoseArray",
         f"frame_id: {FRAME_ID}",
         "units: {length: m, quaternion: xyzw}",
         f"wire_axis: +{program.torch.tool_axis.value}",
         "z_sense: inward",
-        f"weld_speed_m_s: {program.motion.speed_mm_s * MM:.{DECIMALS}g}",
         *([] if program.safe_point is None else ["safe_point:", *_rows(program.safe_point)]),
         "seams:",
     ]
     for path in program.paths:
-        sidecar += _entry(path, f"{names[path.seam.name]}.pose_array.yaml")
+        sidecar += _entry(path, f"{names[path.seam.name]}.pose_array.yaml", program.weld_speed_mm_s(path))
     stem = safe_name(program.controller.program_name, NAMES)
     return {**files, f"{stem}.sidecar.yaml": "\n".join([*sidecar, ""])}
 
@@ -61,13 +60,14 @@ def _rows(path: WeldPath | SafePoint) -> list[str]:
     ]
 
 
-def _entry(path: WeldPath, file: str) -> list[str]:
+def _entry(path: WeldPath, file: str, mm_s: float) -> list[str]:
     """Return the sidecar's lines of one seam. Text is written as JSON strings, which YAML reads."""
     return [
         f"- name: {json.dumps(path.seam.name)}",
         f"  file: {json.dumps(file)}",
         f"  what: {json.dumps(describe_path(path))}",
         f"  closed: {json.dumps(path.seam.closed)}",
+        f"  weld_speed_m_s: {mm_s * MM:.{DECIMALS}g}",
         f"  roles: [{', '.join(path.roles)}]",
         f"  error_95_m: {_errors(path)}",
     ]
@@ -76,8 +76,7 @@ def _entry(path: WeldPath, file: str) -> list[str]:
 def _errors(path: WeldPath) -> str:
     if path.u95_mm is None:
         return "null"
-    along = [f"{v * MM:.{DECIMALS}f}" for v in path.u95_mm.tolist()]
-    return f"[{', '.join([*['null'] * path.before, *along, *['null'] * path.after])}]"
+    return f"[{', '.join('null' if v is None else f'{v * MM:.{DECIMALS}f}' for v in errors_mm(path))}]"
 
 
 ROS = Exporter("ros", "ROS 2: one PoseArray YAML per seam, and a sidecar with names and errors", write_ros)

@@ -50,7 +50,7 @@ def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT
 def write_tesseract(program: WeldProgram) -> dict[str, str]:
     """Write one Python module with all seams. ``NAME_tesseract.py``."""
     head = [
-        *describe(program),
+        *describe(program, has_arc=False),
         "poses of the tool in the base: x y z in m, then the quaternion w x y z",
         f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
         "per seam: the way to it with the approach, its points, the retract and the way from it",

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -16,20 +17,10 @@ from scipy.spatial.transform import Rotation
 
 from tests.record_checks import check_record
 from tests.running import run_here
-from wpcal.core.schemas import schema_text
 from wpcal.formats.compas import write_compas
 from wpcal.formats.plain import write_program_csv, write_program_json
 from wpcal.formats.ros import write_ros
 from wpcal.formats.tesseract import write_tesseract
-
-
-def test_seams_json_follows_its_schema(finished_folder):
-    record = json.loads((finished_folder() / "seams.json").read_text(encoding="utf-8"))
-    validator = jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/seams/1")))
-    validator.validate(record)
-    del record["seams"][0]["frames"][0]["R"]
-    with pytest.raises(jsonschema.ValidationError, match="'R' is a required property"):
-        validator.validate(record)
 
 
 def test_json_keeps_every_digit_and_follows_its_schema(make_program):
@@ -114,8 +105,12 @@ def test_pose_arrays_are_read_back(make_program, assert_same_poses, seed):
 
 
 def test_the_sidecar_has_names_roles_and_errors_row_by_row(make_program):
-    program = make_program(n=5, names=('odd: "name"\n- x', "W2"))
-    files = write_ros(program)
+    """Each seam has the speed of its own weld data or plan; the file, which has no arc, does not say that one burns."""
+    first, second = make_program(n=5, names=('odd: "name"\n- x', "W2")).paths
+    leaning = replace(second.seam, lean_rad=np.radians([[20.0, -10.0]] * 3))
+    files = write_ros(replace(make_program(), paths=(first, replace(second, seam=leaning, speed_mm_s=3.0))))
+    assert "work angle 0 to 20 deg, travel -10 to 0 deg" in files["WPCAL.sidecar.yaml"]
+    assert not re.search("SEAM START|ARC ON", files["WPCAL.sidecar.yaml"])
     sidecar = yaml.safe_load(files["WPCAL.sidecar.yaml"])
     check_record(sidecar)
     assert [seam["name"] for seam in sidecar["seams"]] == ['odd: "name"\n- x', "W2"]
@@ -123,7 +118,7 @@ def test_the_sidecar_has_names_roles_and_errors_row_by_row(make_program):
     assert len(ros_poses(files[seam["file"]])[0]) == len(seam["roles"]) == len(seam["error_95_m"])
     assert seam["roles"] == ["approach", "weld", "weld", "weld", "retract"]
     assert seam["error_95_m"] == [None, 0.00025, 0.00025, 0.00025, None]
-    assert sidecar["z_sense"] == "inward"
+    assert [seam["weld_speed_m_s"] for seam in sidecar["seams"]] == [0.008, 0.003]
 
 
 @given(seed=st.integers(0, 2**32))

@@ -51,11 +51,6 @@ ZONE_MM = 1.0  #: The size of z1.
 TURN_DEG_S = 500  #: As in the predefined speeds: rotation never limits the speed along a seam.
 
 
-def write_rapid(program: WeldProgram) -> dict[str, str]:
-    """Write a RAPID module, ``NAME.mod``; `InputError` when RAPID does not allow the tool's name."""
-    return _Rapid(program).files()
-
-
 def speed_data(name: str, mm_s: float, deg_s: float = TURN_DEG_S) -> str:
     """Declare a speed."""
     return f"  LOCAL CONST speeddata {name}:=[{mm_s:g},{deg_s},{mm_s:g},{deg_s}];"
@@ -252,3 +247,6 @@ class _Rapid(WeldWriter):
         what, data = (f"Move{word}", "") if arc is None else (f"Arc{word}{'End' if is_last else ''}", f",{arc.text}")
         points = f"{via},{to}" if via else to
         return [f"    {what} {points},{self._speed(path)}{data},{zone},{self.tool}\\WObj:=wpPart;"]
+
+
+write_rapid = _Rapid.written

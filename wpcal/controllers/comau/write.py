@@ -44,11 +44,6 @@ SWITCH = ArcSwitch(
 )
 
 
-def write_pdl2(program: WeldProgram) -> dict[str, str]:
-    """Write a PDL2 program, ``NAME.pdl``."""
-    return _Pdl2(program).files()
-
-
 def positions(p: FloatArray, R: FloatArray) -> list[str]:
     """Write poses: p of shape (n, 3), mm, and R of shape (n, 3, 3), in any one frame."""
     turns = texts(zyz_degrees(R, decimals=DEG_DECIMALS), DEG_DECIMALS)
@@ -135,3 +130,6 @@ class _Pdl2(WeldWriter):
     def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
         how = f"CIRCULAR TO {to} VIA {via}" if via else f"LINEAR TO {to}"
         return [f"  MOVE {how}" if stops else f"  MOVEFLY {how} ADVANCE"]
+
+
+write_pdl2 = _Pdl2.written

@@ -48,11 +48,6 @@ krl_frame = partial(rounded_frame, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DEC
 ATTRIBUTES = ("&ACCESS RVP", "&REL 1")  #: Visible to the programmer, first release.
 
 
-def write_krl(program: WeldProgram) -> dict[str, str]:
-    """Write a KRL program and its data list: ``NAME.src`` and ``NAME.dat``."""
-    return _Krl(program).files()
-
-
 def aggregates(p: FloatArray, R: FloatArray, known: Iterable[str] | None = None) -> list[str]:
     """Write poses as ``{X …,Y …,Z …,A …,B …,C …}``, and what is `known` of each.
 
@@ -241,6 +236,9 @@ class _Krl(WeldWriter):
 
     def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
         return [f"{f'CIRC {via},{to}' if via else f'LIN {to}'}{'' if stops else ' C_DIS'}"]
+
+
+write_krl = _Krl.written
 
 
 def forms_in_words(*, is_known: bool) -> str:

@@ -138,6 +138,12 @@ class AirMoves:
     air_mm_s: float
     speed_of: ClassVar[staticmethod[[float], str]]  #: Writes a speed in mm/s.
 
+    @classmethod
+    def written(cls, program: Any) -> dict[str, str]:
+        """Return the files of a program; `InputError` when the language or the controller cannot hold it."""
+        writer: Any = cls
+        return writer(program).files()  # type: ignore[no-any-return]
+
     @property
     def air(self) -> str:
         """The speed of linear moves."""

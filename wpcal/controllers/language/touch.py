@@ -81,11 +81,6 @@ class TouchWriter(AirMoves):
         self.post = TouchPost(self.format, program)
         self.searches = self._texts()
 
-    @classmethod
-    def written(cls, program: TouchProgram) -> dict[str, str]:
-        """Return the files of a program; `InputError` when the language or the controller cannot hold it."""
-        return cls(program).files()
-
     def _require_language(self) -> None:
         with_package, welds = self.setup.with_package, self.program.welds
         if with_package and not self.has_package:
@@ -106,10 +101,6 @@ class TouchWriter(AirMoves):
             found.append(SearchText(steps.name, number, at, names[:-felt], is_first, steps))
             first += len(names)
         return found
-
-    def files(self) -> dict[str, str]:
-        """Return the files: names and contents."""
-        raise NotImplementedError
 
     @property
     def first_point(self) -> int:

@@ -92,13 +92,14 @@ PLAN_NOT_CHECKED = (
     "NOT CHECKED: the way from where the arm is to home, the first target. RUN IT DRY FIRST",
 )
 """The same for a plan."""
+POSES_ONLY = "poses only: this file switches no arc and keeps no speed; what reads it must"
 SPEEDS = ("weld", "air")  #: Along a seam, and on all other lines and arcs.
 SIDES = ("in front of", "behind")
 USUAL_ZONE_MM = 1.0  #: Distance from a corner at which most of the languages let the tool leave the path.
 
 
-def describe(program: WeldProgram) -> list[str]:
-    """Return the lines that every program file states: origin, verdict, torch and motion."""
+def describe(program: WeldProgram, *, has_arc: bool = True) -> list[str]:
+    """Return the lines that every program file states; without `has_arc`, its format holds poses only."""
     record = program.calibration
     source = "calibration.json and seams.json" if program.planned is None else "the plan in plan.json"
     lines = [f"written by wpcal {__version__} from {source}"]
@@ -110,7 +111,8 @@ def describe(program: WeldProgram) -> list[str]:
     woven = describe_woven_data(path.run for path in program.paths)
     unchecked = PLAN_NOT_CHECKED if program.planned is not None else (NOT_CHECKED,)
     told = speeds_in_words(max(map(program.weld_speed_mm_s, program.paths)), program.motion.air_speed_mm_s)
-    return [*lines, *told, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *unchecked]
+    told.append(arc_in_words(program.arc) if has_arc else POSES_ONLY)
+    return [*lines, *told, *(program.checked or [UNCHECKED]), *woven, *unchecked]
 
 
 def speeds_in_words(*mm_s: float) -> list[str]:
@@ -131,11 +133,17 @@ def _of_plan(program: WeldProgram, planned: PlannedMoves) -> list[str]:
     return lines if program.tolerance is None else [*lines, describe_moves(program, program.tolerance)]
 
 
+def _spread(angles_rad: FloatArray) -> str:
+    low, high = (f"{round(math.degrees(angle), 1):g}" for angle in (angles_rad.min(), angles_rad.max()))
+    return low if low == high else f"{low} to {high}"
+
+
 def _of_seams(program: WeldProgram) -> list[str]:
     torch = program.torch
+    work, travel = np.concatenate([torch.angles(path.seam.lean_rad) for path in program.paths], axis=1)
     lines = [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
-        f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",
+        f"work angle {_spread(work)} deg, travel {_spread(travel)} deg (+ push)",
         f"turn about the wire: {'least' if program.tolerance is None else 'as few moves need it'}, "
         f"within {math.degrees(torch.spin_range_rad):g} deg of the travel direction",
         f"tool centre point {torch.standoff_mm:g} mm back from the tip, approach {program.motion.approach_mm:g} mm, "
@@ -214,6 +222,12 @@ def describe_path(path: WeldPath) -> str:
         text += f", 95 % error up to {path.u95_mm.max():.3f} mm"
     frames = seam.frames if path.run is None or path.run.middle is None else path.run.middle
     return "; ".join([text, *map(str, find_turned_corners(frames))])
+
+
+def errors_mm(path: WeldPath) -> list[float | None]:
+    """Return the 95 % error at each pose; None off the seam, or where it is not known."""
+    along = [None] * path.weld_count if path.u95_mm is None else path.u95_mm.tolist()
+    return [*[None] * path.before, *along, *[None] * path.after]
 
 
 def _settings(values: WeldValues) -> list[str]:

@@ -22,7 +22,7 @@ import numpy as np
 from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.language.rounding import rounded, texts
-from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program import WeldPath
 from wpcal.controllers.program.describe import describe, describe_path, part_frame
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
@@ -55,11 +55,6 @@ SWITCH = ArcSwitch(
     by_output="standard digital output {output} switches the arc",
     by_calls="arc_start(job) and arc_end() are functions that you load before this program",
 )
-
-
-def write_urscript(program: WeldProgram) -> dict[str, str]:
-    """Write a URScript program, ``NAME.script``."""
-    return _Script(program).files()
 
 
 def limits(mm_s: float) -> str:
@@ -139,3 +134,6 @@ class _Script(WeldWriter):
     def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
         how = f"{to}, {limits(self.program.weld_speed_mm_s(path))}{'' if stops else f', r={BLEND_MM * MM:g}'}"
         return [f"  movec({via}, {how}, mode=0)" if via else f"  movel({how})"]
+
+
+write_urscript = _Script.written

@@ -28,13 +28,13 @@ class Units(Record):
 
 
 class Torch(Record):
-    work_angle_deg: float
+    work_angle_deg: float = D("Where a seam leans by no other angles; the poses have them all.")
     travel_angle_deg: float
     standoff_mm: NotNegative
 
 
 class Motion(Record):
-    speed_mm_s: Positive
+    speed_mm_s: Positive = D("Where a seam has no other `speed_mm_s`.")
     air_speed_mm_s: Positive
 
 
@@ -56,6 +56,7 @@ class Seam(Record):
     weld: Literal["fillet", "groove", "flare-bevel groove", "flare-V groove", "unknown"]
     closed: bool
     length_mm: NotNegative
+    speed_mm_s: Positive = D("Of the wire along it.")
     weld_data: Maybe[dict[str, Any]] = D("The values of the weld data, as in welds.json, if it was given (--welds).")
     poses: Annotated[list[Pose], Meta(min_length=4)]
 
@@ -127,6 +128,7 @@ class RosSidecarSeam(Record):
     file: str = D("The PoseArray file of this seam.")
     what: str = D("The seam in words.")
     closed: bool
+    weld_speed_m_s: Positive
     roles: Annotated[list[Literal["to", "approach", "weld", "retract", "from"]], Meta(min_length=4)] = D(
         "One role per pose."
     )
@@ -163,7 +165,6 @@ class RosSidecar(Record):
     units: RosSidecarUnits
     wire_axis: Literal["+x", "+z"] = D("Axis of the tool along the wire.")
     z_sense: Literal["inward"] = D("The tool's z points into the joint.")
-    weld_speed_m_s: Positive
     seams: Annotated[list[RosSidecarSeam], Meta(min_length=1)]
     safe_point: Maybe[Annotated[list[RosSidecarSafePoint], Meta(min_length=1, max_length=1)]] = D(
         "Where the program starts and ends: one pose."

@@ -61,6 +61,11 @@ class TorchSettings:
         if not 0.0 <= self.standoff_mm < math.inf:
             raise InputError(f"standoff: expected 0 or more mm, got {self.standoff_mm:g}")
 
+    def angles(self, lean_rad: FloatArray | None) -> FloatArray:
+        """Return work and travel angle, shape (2, n), where a seam leans by `lean_rad` (n, 2): not zero, it counts."""
+        lean = np.zeros((1, 2)) if lean_rad is None else np.nan_to_num(lean_rad)
+        return np.where(lean.any(axis=1), lean.T, [[self.work_rad], [self.travel_rad]])
+
 
 def tool_rotations(
     R_seam: ArrayLike, torch: TorchSettings, lean_rad: FloatArray | None = None, spin_rad: FloatArray | None = None
@@ -80,9 +85,7 @@ def tool_rotations(
     Returns ndarray, shape (n, 3, 3). Columns are the tool's axes in the same frame. With ``ToolAxis.X`` the tool's x is
     the wire direction, y is the same, and z points against the travel.
     """
-    lean = np.zeros((1, 2)) if lean_rad is None else np.nan_to_num(lean_rad)
-    leans = lean.any(axis=1)
-    work, travel = np.where(leans, lean[:, 0], torch.work_rad), np.where(leans, lean[:, 1], torch.travel_rad)
+    work, travel = torch.angles(lean_rad)
     turn = rotation_from_zyx(work, 0.0, 0.0) @ rotation_from_zyx(0.0, -travel, 0.0)
     R = np.asarray(R_seam, dtype=np.float64) @ (turn @ np.diag([1.0, -1.0, -1.0]))
     if spin_rad is not None:
