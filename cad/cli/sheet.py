@@ -75,7 +75,7 @@ def sheet(
         print_json(made.record)
     else:
         names = " ".join(one["name"] for one in made.record["welds" if welds else "points"])
-        what = "weld" if welds else "touch"
+        what = "welds" if welds else "touch"
         click.echo(f"wrote {out}: {made.record['paper']}, scale {made.record['scale']}, {what} {names}")
         for issue in made.record["issues"]:
             click.echo(f"note: {issue['message']}")

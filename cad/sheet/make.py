@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from cad.draw.reproducible import reproducible
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
-from cad.sheet.touches import DrawnTouch, SheetTouch, drawn_touches
+from cad.sheet.touches import DrawnTouch, SheetTouch, drawn_touches, face_at
 from cad.sheet.welds import ListedWeld
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.workpiece import Openable, Workpiece, open_workpiece
@@ -118,6 +118,8 @@ def _drawn(layout: SheetLayout, rows: list[Any], title: Any, *, is_of_welds: boo
 def _asked(workpiece: Workpiece, options: SheetOptions, progress: Progress) -> tuple[list[Any], list[dict[str, Any]]]:
     """Return what is drawn: the rows of the table, and the same points or welds as the record holds them."""
     if options.welds:
+        for one in options.welds:
+            face_at(workpiece, one.place.middle_mm, None, what=f"weld {one.name}")
         welds = [{"number": k, **one.to_record()} for k, one in enumerate(options.welds, 1)]
         return [one.row(k) for k, one in enumerate(options.welds, 1)], welds
     if options.touches:

@@ -16,7 +16,7 @@ from wpcal.core.tables import Table, parse_table
 from wpcal.taught.columns import MODEL_COLUMNS, USES
 from wpcal.taught.features import feature_named
 from wpcal.taught.kinds import KINDS, TouchKind
-from wpcal.taught.touched_face import touched_face
+from wpcal.taught.touched_face import TouchedFace, touched_face
 from wpcal.touch.searches import SearchKind, TouchPlan
 
 OFF_PART_MM = 5.0  #: A model point farther from every face was not taken on this part: such points are near the touch.
@@ -55,16 +55,10 @@ class DrawnTouch:
 def touches_of_plan(plan: TouchPlan) -> tuple[SheetTouch, ...]:
     """Return the touches of a plan on the part, in their order."""
     return tuple(
-        SheetTouch(
-            search.name,
-            search.target,
-            search.feature,
-            _xyz(search.contact_part),
-            _xyz(search.direction),
-            f"wire {search.contact.value}, {search.stroke_mm:.0f} mm",
-        )
-        for search in plan.searches
-        if search.kind is SearchKind.PART
+        SheetTouch(each.name, each.target, each.feature, _xyz(each.contact_part), _xyz(each.direction), how)
+        for each in plan.searches
+        for how in [f"wire {each.contact.value}, {each.stroke_mm:.0f} mm"]
+        if each.kind is SearchKind.PART
     )
 
 
@@ -112,17 +106,20 @@ def _drawn(touch: SheetTouch, workpiece: Workpiece) -> DrawnTouch:
         point = _xyz(feature_named(workpiece.features, touch.feature).p_mm)
     way, solid = touch.way_part, ""
     if KINDS[touch.kind].surfaces:
-        found = touched_face(
-            workpiece.trimmed, np.array(point), None if way is None else -np.array(way, dtype=np.float64)
-        )
-        off_mm = float(np.linalg.norm(found.p_part - np.array(point)))
-        if off_mm > OFF_PART_MM:
-            what = f"touch {touch.name} is {off_mm:.0f} mm from the nearest face of this part; is it of another part?"
-            raise InputError(what)
+        found = face_at(workpiece, point, way, what=f"touch {touch.name}")
         way = _xyz(-found.normal_part) if way is None else way
         solid = f"of {workpiece.graph.solid_names[workpiece.graph.face_solid[found.face]]}"
     words = " ".join(word for word in (touch.kind, touch.feature or solid) if word)
     return DrawnTouch(touch.name, touch.kind, ", ".join(filter(None, (words, touch.how))), point, way)
+
+
+def face_at(workpiece: Workpiece, point: Xyz, way: Xyz | None, *, what: str) -> TouchedFace:
+    """Return the face at a point of a touch or a weld; `InputError` if there is none: it is of another part."""
+    found = touched_face(workpiece.trimmed, np.array(point), None if way is None else -np.array(way))
+    off_mm = float(np.linalg.norm(found.p_part - np.array(point)))
+    if off_mm > OFF_PART_MM:
+        raise InputError(f"{what} is {off_mm:.0f} mm from the nearest face of this part; is it of another part?")
+    return found
 
 
 def _xyz(values: Any) -> Xyz:

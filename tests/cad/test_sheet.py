@@ -187,10 +187,14 @@ def test_a_table_of_points_has_no_touches_and_a_row_without_a_place_is_refused(t
         read_touches_to_make(table)
 
 
-def test_a_plan_of_another_part_is_refused(sample_part):
+def test_a_plan_or_a_list_of_another_part_is_refused(sample_part, tmp_path):
     touches = touches_of_plan(read_touch_plan(TEE.parent / "touches_plan"))
-    with pytest.raises(InputError, match=r"touch T1 is \d+ mm from the nearest face of this part"):
-        make_sheet(sample_part("saddle"), options=SheetOptions(".svg", touches=touches))
+    for what, asked in (
+        ("touch T1", {"touches": touches}),
+        ("weld W1", {"welds": read_listed_welds(listed(tmp_path, 2))}),
+    ):
+        with pytest.raises(InputError, match=rf"{what} is \d+ mm from the nearest face of this part"):
+            make_sheet(sample_part("saddle"), options=SheetOptions(".svg", **asked))
 
 
 def listed(tmp_path, count):
@@ -201,11 +205,7 @@ def listed(tmp_path, count):
     welds = [
         {
             "name": f"W{k + 1}",
-            "place": {
-                "start_part_mm": [25, y, 10],
-                "middle_part_mm": [100, y, 10],
-                "length_mm": 150.0 + 40.0 * (k == 1),
-            },
+            "place": {"start_part_mm": [25, y, 10], "middle_part_mm": [100, y, 10], "length_mm": 150 + 40 * (k == 1)},
             "values": {"weld": kinds[k % len(kinds)].value, "leg_mm": 6.5, "passes": k + 1, "thickness_mm": 8},
             "stretches_mm": [[0.0, 50.0], [100.0, 150.0]],
         }
@@ -219,9 +219,7 @@ def listed(tmp_path, count):
 def test_a_list_of_welds_has_their_signs_sizes_and_lengths(tee, tmp_path):
     sheet = make_sheet(tee, options=SheetOptions(".dxf", welds=read_listed_welds(listed(tmp_path, 8))))
     texts = [text.dxf.text for text in ezdxf.read(io.StringIO(sheet.data.decode())).modelspace().query("TEXT")]
-    assert [(weld["name"], weld["welded_mm"]) for weld in sheet.record["welds"]] == [
-        (f"W{k}", 100) for k in range(1, 9)
-    ]
+    assert [(one["name"], one["welded_mm"]) for one in sheet.record["welds"]] == [(f"W{k}", 100) for k in range(1, 9)]
     assert texts.count("W3") == 5  # in four views and in the table
     assert texts.count("100") == 8
     assert {"z6.5 fillet weld", "z6.5 double-V butt weld, 5 passes"} <= set(texts)

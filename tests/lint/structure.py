@@ -15,8 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_393,
-    "lines of tests": 63_808,
+    "lines of wpcal and cad": 122_392,
+    "lines of tests": 63_806,
     "rooms": 18,
     "arrows between rooms": 80,
     "imported packages that pyproject.toml does not declare": 0,
