@@ -232,10 +232,9 @@ def _fit_record(
     row_of = dict(zip(taught.names, rows.complete(), strict=True))
     place_points(record["points"], row_of, result.T_base_part)
     kept = ["verdict", "judgement", "tolerance_mm", "criterion", "objective_mm", "lower_bound_mm", "certified"]
-    kept += ["T_base_part", "criterion_advice", *(["bodies"] if bodies is not None else [])]
+    kept += ["T_base_part", "criterion_advice", "bodies", "points"]
     return {
-        **{key: record[key] for key in kept},
-        "points": record["points"],
+        **{key: record[key] for key in kept if key in record},
         "u95_mm": [np.round(values, ERROR_DIGITS).tolist() for values in u95_mm],
         "features": {row_of[name]: feature for name, feature in zip(taught.names, taught.features, strict=True)},
         "steps": next_steps(record),

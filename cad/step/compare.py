@@ -19,6 +19,7 @@ from wpcal.brep.mesh import Rgb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import short
 
 VERTEX_ATOL_MM = 1e-6
 """A thousandth of what a laser tracker resolves. Appending is exact to 1e-11 mm, the kernel's writer to 1e-9 mm."""
@@ -161,7 +162,7 @@ def _vertex_issues(expected: FloatArray, found: FloatArray) -> list[Issue]:
         worst = nearest_mm(expected, found)  # the order of the points does not matter
     if worst <= VERTEX_ATOL_MM:
         return []
-    message = f"the written file's vertices are off the moved ones by {worst:.3g} mm (allowed {VERTEX_ATOL_MM:g})"
+    message = f"the written file's vertices are off the moved ones by {short(worst)} mm (allowed {VERTEX_ATOL_MM:g})"
     return [Issue("moved-vertices-differ", message)]
 
 
@@ -195,4 +196,4 @@ def _seam_difference(leaf: Leaf, T_base_part: RigidTransform, seam: SeamCurve) -
     off_mm = abs(edge_length(edges[0]) - length_mm)
     ends = points[:1] if seam.is_closed else points[[0, -1]]
     off_mm = max(off_mm, nearest_mm(ends, vertex_points(edges[0])))
-    return f"is off by {off_mm:.3g} mm" if off_mm > VERTEX_ATOL_MM else ""
+    return f"is off by {short(off_mm)} mm" if off_mm > VERTEX_ATOL_MM else ""

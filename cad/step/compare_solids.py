@@ -13,7 +13,7 @@ from cad.step.read import StepPart
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
-from wpcal.core.wording import counted
+from wpcal.core.wording import counted, short
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +63,7 @@ class OwnMotions:
         )
         issues = []
         if worst > VERTEX_ATOL_MM:
-            message = f"the written file has solid {which} off by {worst:.3g} mm (allowed {VERTEX_ATOL_MM:g})"
+            message = f"the written file has solid {which} off by {short(worst)} mm (allowed {VERTEX_ATOL_MM:g})"
             issues.append(Issue("moved-solids-differ", message))
         if before.surfaces != after.surfaces:
             issues.append(Issue("moved-faces-differ", "the written file differs in the faces of its solids"))

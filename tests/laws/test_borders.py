@@ -47,8 +47,7 @@ from wpcal.weld.groove import Groove, _Layer
 from wpcal.weld.passes import place_beads
 from wpcal.weld.place import SeamPlace
 from wpcal.weld.section import Section, section_of
-from wpcal.weld.stitch import Stitch, stretches
-from wpcal.weld.values import WeldKind, WeldValues
+from wpcal.weld.values import Stitch, WeldKind, WeldValues, stretches
 
 X, Y, Z = np.eye(3)
 DEG = math.pi / 180.0

@@ -43,7 +43,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
 from wpcal.core.version import __version__
-from wpcal.core.wording import plural
+from wpcal.core.wording import plural, short
 from wpcal.optim.annealing import AnnealingSchedule
 
 COMPARED = 20_000
@@ -193,7 +193,7 @@ def _remedy(other: CriterionFit, fit: CriterionFit, points: FloatArray, toleranc
     is_same = other.criterion is fit.criterion
     if is_same or (error := other.budget.joint_errors(other.T.apply(points)).error_95_mm) > tolerance_mm:
         return ""
-    return f"--criterion {other.criterion.value} predicts {error:.3g} mm from the same {plural(word)}"
+    return f"--criterion {other.criterion.value} predicts {short(error)} mm from the same {plural(word)}"
 
 
 def _by_seam(points: FloatArray, names: Sequence[str]) -> tuple[tuple[str, FloatArray], ...]:

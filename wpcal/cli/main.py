@@ -131,12 +131,10 @@ def _told_of_fault(error: Exception) -> tuple[str, int]:
 
 def _fail(error: BaseException, message: str, code: int, arguments: list[str] | None) -> int:
     """Print one line on stderr, with ``--json`` also its record on stdout, and return the exit code."""
-    from wpcal.cli.hints import with_hint
+    from wpcal.cli.hints import error_record, with_hint
 
     words = sys.argv[1:] if arguments is None else arguments
     if "--json" in words:
-        from wpcal.cli.error_record import error_record
-
         print_json(error_record(error, message, code, words))
     return _say(with_hint(error, message), code)
 

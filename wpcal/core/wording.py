@@ -32,6 +32,11 @@ def shown(value: object) -> str:
     return text if len(text) <= LONGEST_SHOWN + 2 else f"{text[:LONGEST_SHOWN]}…"
 
 
+def short(value: float) -> str:
+    """Return a number with the three digits that count, and no power of ten where it is large: ``0.256``, ``1520``."""
+    return f"{float(f'{value:.3g}'):.9g}"
+
+
 def counted(number: int, word: str) -> str:
     """Return a number with its noun: ``1 face``, ``31 faces``."""
     return f"{number} {word}" if number == 1 else f"{number} {plural(word)}"

@@ -19,7 +19,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.wording import listed
+from wpcal.core.wording import listed, short
 from wpcal.seam.seam import Seam
 from wpcal.taught.features.reference import FeatureKind, ReferenceFeature
 from wpcal.taught.features.touchable import Ease, Touchable
@@ -369,6 +369,6 @@ def _swap_notes(chosen: AdvisedSet) -> list[str]:
     if chosen.is_clear:
         return []
     return [
-        f"names exchanged among {', '.join(chosen.swap)} would leave an RMS of only {chosen.swap_rms_mm:.3g} mm: "
+        f"names exchanged among {', '.join(chosen.swap)} would leave an RMS of only {short(chosen.swap_rms_mm)} mm: "
         "the features are too symmetric to show the exchange; take care with the names"
     ]

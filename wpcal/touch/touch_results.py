@@ -12,7 +12,7 @@ from wpcal.core.errors import FormatError
 from wpcal.core.issue import Issue
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.core.wording import listed
+from wpcal.core.wording import listed, short
 from wpcal.taught.kinds import KINDS, TouchKind
 from wpcal.taught.table import TaughtPoints
 from wpcal.touch.searches import (
@@ -186,11 +186,11 @@ def _outside(search: Search, p: FloatArray) -> str:
     along = float(off @ search.direction)
     beside = float(np.linalg.norm(off - along * search.direction))
     if beside > BESIDE_MM:
-        return f"{search.name} is {beside:.3g} mm beside it"
+        return f"{search.name} is {short(beside)} mm beside it"
     if along < -BEYOND_MM:
-        return f"{search.name} is {-along:.3g} mm before its start"
+        return f"{search.name} is {short(-along)} mm before its start"
     if along > search.stroke_mm + BEYOND_MM:
-        return f"{search.name} is {along - search.stroke_mm:.3g} mm behind its end"
+        return f"{search.name} is {short(along - search.stroke_mm)} mm behind its end"
     return ""
 
 
@@ -211,7 +211,7 @@ def _stick_out(plan: TouchPlan, searches: Sequence[Search], places: Sequence[Flo
         return None
     mean = float(np.mean(errors))
     if abs(mean) > MOST_STICK_OUT_MM:
-        raise FormatError(f"the post was found {abs(mean):.3g} mm from its place along the wire", path=path)
+        raise FormatError(f"the post was found {short(abs(mean))} mm from its place along the wire", path=path)
     return mean
 
 

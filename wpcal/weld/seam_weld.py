@@ -20,8 +20,7 @@ from wpcal.weld.passes import Bead, place_beads
 from wpcal.weld.place import SeamPlace, StatedWeld
 from wpcal.weld.rules import Case, Row, RuleTable
 from wpcal.weld.section import Section, section_of
-from wpcal.weld.stitch import stretches
-from wpcal.weld.values import WeldKind, WeldValues, require_one_size, values_from_record
+from wpcal.weld.values import WeldKind, WeldValues, require_one_size, stretches, values_from_record
 
 RECOVERY = 0.95  #: Share of a solid wire that becomes weld: a few percent are lost as spatter and fume.
 BOTH_SIDES_MM = 5.0  #: A thicker square butt is welded from both sides, so one side does not fill its whole depth.

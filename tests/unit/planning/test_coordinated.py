@@ -321,7 +321,7 @@ def test_the_audit_finds_what_does_not_fit_together(fault, programs, tmp_path):
         (tmp_path / file).write_bytes(text.encode())
     clean = audit_path(tmp_path)
     assert [one.faults for one in clean.files] == [()] * len(files)
-    assert all("two robots" in one.kind and "NOT compared with the part" in one.checked for one in clean.files)
+    assert all("two robots" in one.kind and "the part, the reach of an arm" in one.checked for one in clean.files)
     row = next(row for row, text in files.items() if re.search(pattern, text, re.DOTALL))
     (tmp_path / row).write_bytes(re.sub(pattern, by, files[row], count=1, flags=re.DOTALL).encode())
     told = [fault.message for one in audit_path(tmp_path).files for fault in one.faults]

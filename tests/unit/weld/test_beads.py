@@ -13,8 +13,7 @@ from wpcal.core.errors import InputError
 from wpcal.seam.seam import JointType, WeldType
 from wpcal.weld.passes import place_beads
 from wpcal.weld.section import COPLANAR_RAD, LEAST_FILLET_RAD, MOST_FILLET_RAD, Section, section_of
-from wpcal.weld.stitch import stretches
-from wpcal.weld.values import Stitch, WeldKind, WeldValues
+from wpcal.weld.values import Stitch, WeldKind, WeldValues, stretches
 
 ROUND_OFF = 1e-9  #: Relative: all areas have a closed form.
 

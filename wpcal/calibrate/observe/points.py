@@ -38,6 +38,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import short
 from wpcal.optim.annealing import AnnealingSchedule
 
 LEAST_AGREEING = 4  #: Points that can contradict each other: three that agree tell little.
@@ -216,8 +217,9 @@ def _equal_places(pairs: PointPairs, fit: CriterionFit) -> tuple[Issue, ...]:
     if max(apart) <= FLOOR_MM:
         return ()
     message = (
-        f"another placement fits the points exactly as well, up to {max(apart):.3g} mm away; the one turned least from "
-        "the nominal place was taken: check the names of the points, or touch a point that is not symmetric to others"
+        f"another placement fits the points exactly as well, up to {short(max(apart))} mm away; the one turned least "
+        "from the nominal place was taken: check the names of the points, or touch a point that is not symmetric to "
+        "others"
     )
     return (Issue(RIVAL, message),)
 

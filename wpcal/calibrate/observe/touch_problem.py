@@ -28,6 +28,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import short
 from wpcal.optim.annealing import AnnealingSchedule
 
 BESIDE_MM = 1.0
@@ -158,9 +159,9 @@ class TouchProblem(FitProblem):
         first = max(far, key=lambda rival: rival.apart_mm)
         places = "another place" if len(far) == 1 else f"{len(far)} other places"
         message = (
-            f"the touches fit the part in {places} as well, up to {first.apart_mm:.3g} mm away (RMS "
-            f"{first.rms_mm:.3g} mm there, which the teaching error explains): touch one more face, or give the rough "
-            "nominal place of the part"
+            f"the touches fit the part in {places} as well, up to {short(first.apart_mm)} mm away (RMS "
+            f"{short(first.rms_mm)} mm there, which the teaching error explains): touch one more face, or give the "
+            "rough nominal place of the part"
         )
         return (Issue(RIVAL, message),)
 
@@ -242,6 +243,6 @@ def _border_issues(touches: Touches, T: RigidTransform) -> tuple[Issue, ...]:
     beyond = np.flatnonzero(over > BESIDE_MM)
     if len(beyond) == 0:
         return ()
-    listed = ", ".join(f"{touches.names[i]} by {over[i]:.3g} mm ({touches.words[i]})" for i in beyond[:6])
+    listed = ", ".join(f"{touches.names[i]} by {short(over[i])} mm ({touches.words[i]})" for i in beyond[:6])
     message = f"touches beyond the border of what they should lie on: {listed}; is the right face named?"
     return (Issue("beside-face", message, tuple(touches.names[i] for i in beyond)),)

@@ -21,6 +21,7 @@ from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.rotations import cube_rotations, rotation_from_zyx
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import short
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, anneal
 from wpcal.optim.search_box import SearchBox
 
@@ -183,7 +184,7 @@ def two_places(touches: Touches, one: Pose, other: Pose) -> GeometryError:
     turn = float(np.degrees(np.linalg.norm(log_rotation(other.R @ one.R.T))))
     shift = float(np.linalg.norm((other.R - one.R) @ touches.targets.centre + other.t - one.t))
     return GeometryError(
-        f"the touches fit the part in two places, {turn:.3g} degrees and {shift:.3g} mm apart: give the "
+        f"the touches fit the part in two places, {short(turn)} degrees and {short(shift)} mm apart: give the "
         "rough nominal place of the part, or touch one more face",
         code=ErrorCode.NOMINAL_MISSING,
     )

@@ -7,7 +7,7 @@ from typing import Any
 
 from wpcal.calibrate.trust.tool_offset import ToolOffset
 from wpcal.core.issue import Issue
-from wpcal.core.wording import plural
+from wpcal.core.wording import plural, short
 
 MOST_LISTED = 6  #: Most names in a sentence; the issue's ids have the rest.
 
@@ -58,7 +58,7 @@ class Suspect:
         """Say who is suspected, how far off, and how sure that is."""
         if self.body:
             return (
-                f"{self.body} stands elsewhere than in the model, by up to {max(self.off_mm):.3g} mm at its "
+                f"{self.body} stands elsewhere than in the model, by up to {short(max(self.off_mm))} mm at its "
                 f"{len(self.names)} {plural(self.word)}, and all others agree: let its tacks move (--bodies), or take "
                 "the model of this revision"
             )
@@ -67,7 +67,7 @@ class Suspect:
         if not self.names:
             return self._unnamed()
         pairs = list(zip(self.names, self.off_mm, strict=True))
-        listed = ", ".join(f"{name} ({off:.3g} mm off their fit)" for name, off in pairs[:MOST_LISTED])
+        listed = ", ".join(f"{name} ({short(off)} mm off their fit)" for name, off in pairs[:MOST_LISTED])
         more = f" and {len(pairs) - MOST_LISTED} more" if len(pairs) > MOST_LISTED else ""
         return f"the other {plural(self.word)} contradict {listed}{more}{self._sureness()}"
 

@@ -25,7 +25,7 @@ from wpcal.calibrate.trust.verdict import CheckPoints, Ground, Predicted, Verdic
 from wpcal.core.arrays import IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
-from wpcal.core.wording import listed
+from wpcal.core.wording import listed, short
 
 GROSS_MM = 10.0
 """A touch on a wrong face, or one that slipped off an edge, is off by the thickness of a plate or more."""
@@ -76,9 +76,9 @@ class BodiesEvidence:
             yield Ground(VerdictReason.CONTRADICTION, moved.far_sentence())
         if self.sigma.source is SigmaSource.STATED and _is_too_large(moved):
             what = (
-                f"the residuals are larger than the stated error of the touches ({self.sigma.mm:.3g} mm per axis) and "
-                "the motions of the bodies explain: a body is bent or differs from its model, or the stated error is "
-                "too small"
+                f"the residuals are larger than the stated error of the touches ({short(self.sigma.mm)} mm per axis) "
+                "and the motions of the bodies explain: a body is bent or differs from its model, or the stated error "
+                "is too small"
             )
             yield Ground(VerdictReason.STATED_ERROR, moved.far_sentence() if moved.far else what)
 
@@ -114,7 +114,7 @@ class BodiesEvidence:
     def passed(self, shown: Predicted) -> str:
         """Say within what the seams are."""
         those = "the accepted seams" if shown.seam else "the touched points"
-        return f"{those} are within {shown.error_mm:.3g} mm with 95 % confidence ({shown.told})"
+        return f"{those} are within {short(shown.error_mm)} mm with 95 % confidence ({shown.told})"
 
 
 def unchecked_touches(moved: MovedBodies, names: Sequence[str], sigma_mm: float) -> tuple[str, ...]:

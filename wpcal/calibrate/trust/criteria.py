@@ -20,7 +20,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
-from wpcal.core.wording import plural
+from wpcal.core.wording import plural, short
 
 BLUNDER = "blunder"  #: Code of the issue that names observations which the others contradict.
 NEIGHBOUR = "neighbour-feature"
@@ -257,8 +257,8 @@ def advise_criterion(fit: CriterionFit, comparison: CriteriaComparison | None, w
             "minimax were widened; "
         )
     return (
-        f"{why}--criterion {other.value} predicts {theirs:.3g} mm at worst, minimax {mine:.3g} mm. Minimax makes its "
-        f"largest residuals equal by construction: they do not show which {word} is worst"
+        f"{why}--criterion {other.value} predicts {short(theirs)} mm at worst, minimax {short(mine)} mm. Minimax makes "
+        f"its largest residuals equal by construction: they do not show which {word} is worst"
     )
 
 
@@ -272,7 +272,8 @@ def _best(rows: list[dict[str, Any]], problem: FitProblem, issues: tuple[Issue, 
     squares, largest = error[Criterion.LEAST_SQUARES.value], error[Criterion.MINIMAX.value]
     model = "bounded" if problem.teaching.is_bounded else "Gaussian"
     if largest < squares:
-        return Criterion.MINIMAX, f"for {model} errors it predicts {largest:.3g} mm, least squares {squares:.3g} mm"
+        told = f"for {model} errors it predicts {short(largest)} mm, least squares {short(squares)} mm"
+        return Criterion.MINIMAX, told
     ratio = (
         f"minimax predicts {largest / squares:.2f} times its seam error"
         if squares > 0

@@ -29,6 +29,7 @@ from wpcal.core.errors import UnitError
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
+from wpcal.core.wording import short
 
 UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}  #: Units that occur in practice besides the millimetre, in mm.
 UNIT_TOLERANCE = 0.03
@@ -161,7 +162,7 @@ def _swap(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[Issu
     left = float(np.sqrt(best / len(pairs)))
     if len(names) == 1:
         a, b = names[0]
-        message = f"the names {a} and {b} look swapped: with them exchanged the fit leaves an RMS of {left:.3g} mm"
+        message = f"the names {a} and {b} look swapped: with them exchanged the fit leaves an RMS of {short(left)} mm"
     else:
         listed = " or ".join(f"{a} and {b}" for a, b in names[:4])
         message = (
@@ -190,7 +191,7 @@ def _mirror(pairs: PointPairs, total: float, sigma_mm: float | None) -> tuple[Is
         return ()
     left = float(np.sqrt(rest / len(pairs)))
     message = (
-        f"the taught points are the mirror image of the model (mirrored they fit with an RMS of {left:.3g} mm): the "
+        f"the taught points are the mirror image of the model (mirrored they fit with an RMS of {short(left)} mm): the "
         "other hand of the part, an axis with the wrong sign, or a left-handed frame"
     )
     return (Issue("mirrored", message),)

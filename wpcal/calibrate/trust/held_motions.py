@@ -16,6 +16,7 @@ from wpcal.calibrate.solve.touches import Pose, scaled_jacobian
 from wpcal.calibrate.trust.touch_evidence import HeldMotion
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
+from wpcal.core.wording import short
 
 FREE = 1e-3
 """Below this share of the largest singular value a teaching error is amplified a thousandfold: the motion is free."""
@@ -77,7 +78,7 @@ def _motion(xi: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequence[
     about = _axis_words(point, direction, axes)
     if advance <= PITCH * length_mm:
         return f"turns about {about}"
-    return f"screws about {about}, {2 * np.pi * advance:.3g} mm a turn"
+    return f"screws about {about}, {short(2 * np.pi * advance)} mm a turn"
 
 
 def _axis_words(point: FloatArray, direction: FloatArray, axes: Sequence[NamedAxis]) -> str:

@@ -37,7 +37,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.transform import RigidTransform
-from wpcal.core.wording import MOST_NAMED, listed, plural
+from wpcal.core.wording import MOST_NAMED, listed, plural, short
 
 if TYPE_CHECKING:
     from wpcal.calibrate.trust.bodies import BodiesEvidence
@@ -193,15 +193,15 @@ def _failures(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -
     if shown.least_mm > evidence.tolerance_mm:
         yield from (Ground.told(VerdictReason.SCALE, each.message) for each in evidence.issues if each.code == SCALE)
         where = f"seam {shown.seam} is" if shown.seam else f"a fitted {evidence.word} is"
-        what = f"{where} off by {shown.least_mm:.3g} mm or more with 95 % confidence ({shown.told})"
+        what = f"{where} off by {short(shown.least_mm)} mm or more with 95 % confidence ({shown.told})"
         yield Ground(VerdictReason.BEYOND, f"{what}; the tolerance is {evidence.tolerance_mm:g} mm")
     if check is not None:
         worst = int(np.argmax(check.off_mm / np.maximum(check.limit_mm, np.finfo(float).tiny)))
         off, limit = float(check.off_mm[worst]), float(check.limit_mm[worst])
         if off > max(limit, evidence.tolerance_mm):
             what = (
-                f"check {evidence.word} {check.names[worst]} is off by {off:.3g} mm; the errors of the fit and of the "
-                f"touch explain at most {limit:.3g} mm ({evidence.sigma.describe()})"
+                f"check {evidence.word} {check.names[worst]} is off by {short(off)} mm; the errors of the fit and of "
+                f"the touch explain at most {short(limit)} mm ({evidence.sigma.describe()})"
             )
             yield Ground(VerdictReason.CHECK_CONTRADICTS, what)
 
@@ -213,17 +213,17 @@ def _doubts(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> 
             yield Ground.told(DOUBTS[issue.code], issue.message)
         if issue.code == SCALE and shown.error_mm > evidence.tolerance_mm:
             yield Ground.told(VerdictReason.SCALE, issue.message)
-    tolerance, all_mm = evidence.tolerance_mm, f"{shown.error_mm:.3g} mm"
+    tolerance, all_mm = evidence.tolerance_mm, f"{short(shown.error_mm)} mm"
     if shown.error_mm > tolerance:
         off = f"a fitted {evidence.word} may be off by {all_mm}"
         if shown.seam:
-            off = f"seam {shown.seam} may be off by {shown.own_mm:.3g} mm, all seams together by {all_mm}"
+            off = f"seam {shown.seam} may be off by {short(shown.own_mm)} mm, all seams together by {all_mm}"
         what = f"{off} (95 %; {shown.told}), which is more than the tolerance of {tolerance:g} mm"
         yield Ground(VerdictReason.ERROR, what, evidence.remedy)
     yield from evidence.doubts(shown)
     if check is not None and float(check.off_mm.max()) > tolerance:
         worst = int(np.argmax(check.off_mm))
-        what = f"check {evidence.word} {check.names[worst]} is off by {check.off_mm[worst]:.3g} mm"
+        what = f"check {evidence.word} {check.names[worst]} is off by {short(check.off_mm[worst])} mm"
         yield Ground(VerdictReason.CHECK, f"{what}, which its own error may explain", "touch it again")
 
 
@@ -280,12 +280,12 @@ class VerdictEvidence:
         if not self.residuals.contradicts_stated or explained:
             return
         yield from (Ground.told(VerdictReason.SCALE, each.message) for each in self.issues if each.code == SCALE)
-        than = f"larger than the stated teaching error of {self.sigma.mm:.3g} mm per axis explains"
+        than = f"larger than the stated teaching error of {short(self.sigma.mm)} mm per axis explains"
         rows = self.fit.budget.belief.rows
         if self.problem.has_covariances and rows is not None:
             times = float(np.sqrt(np.mean(rows.y**2)))
             than = f"{times:.2g} times as large as the stated errors of the {plural(self.word)} explain"
-        what = f"the residuals (RMS {self.residuals.rms_mm:.3g} mm) are {than}: "
+        what = f"the residuals (RMS {short(self.residuals.rms_mm)} mm) are {than}: "
         wrong = f"a {self.word} is wrong, the part differs from its model, or the stated error is too small"
         yield Ground.told(VerdictReason.STATED_ERROR, what + wrong)
 
@@ -313,8 +313,8 @@ class VerdictEvidence:
         if found is not None and found.shift_mm + found.without_them.seam_error_95_mm > self.tolerance_mm:
             those = "it" if len(found.names) == 1 else "them"
             what = (
-                f"the others contradict {listed(found.names, MOST_NAMED)}; the seams move by {found.shift_mm:.3g} mm "
-                f"if the fit leaves {those} out"
+                f"the others contradict {listed(found.names, MOST_NAMED)}; the seams move by "
+                f"{short(found.shift_mm)} mm if the fit leaves {those} out"
             )
             yield Ground(VerdictReason.CONTRADICTION, what, f"touch {those} again")
         for issue in self.issues:
@@ -322,7 +322,7 @@ class VerdictEvidence:
                 yield Ground(VerdictReason.CONTRADICTION, issue.message, "no seam is shown to be outside")
         if not is_stated and self.largest_mm > self.tolerance_mm and self.residuals.contradicts(USUAL_SIGMA_MM):
             what = (
-                f"the largest residual is {self.largest_mm:.3g} mm, and careful touches ({USUAL_SIGMA_MM:g} mm per "
+                f"the largest residual is {short(self.largest_mm)} mm, and careful touches ({USUAL_SIGMA_MM:g} mm per "
                 "axis) do not explain the residuals"
             )
             remedy = "look for a bent part or a wrong model, or state the teaching error if the touches were that rough"
@@ -350,7 +350,7 @@ class VerdictEvidence:
             else ""
         )
         return (
-            f"{what} within {shown.error_mm:.3g} mm with 95 % confidence ({shown.told}); the tolerance is "
+            f"{what} within {short(shown.error_mm)} mm with 95 % confidence ({shown.told}); the tolerance is "
             f"{self.tolerance_mm:g} mm{open_}"
         )
 
@@ -380,7 +380,7 @@ def bias_advice(teaching: TeachingError) -> tuple[Issue, ...]:
         return ()
     off_mm = math.sqrt(float(np.trace(teaching.tool_covariance)))
     message = (
-        f"a tool centre point off by {off_mm:.3g} mm leaves no residual while the torch keeps its posture; "
+        f"a tool centre point off by {short(off_mm)} mm leaves no residual while the torch keeps its posture; "
         "the predicted errors allow for a weld in another posture. Touch in the posture in which the tool centre "
         "point was calibrated (Yin 2003, section 3)"
     )

@@ -22,7 +22,7 @@ from wpcal.robot.torch.attitude import measure_torch
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.material import NEAR_ROOT_MM
 from wpcal.seam.judge.stations import start_mm
-from wpcal.seam.seam import Seam, SeamFrames
+from wpcal.seam.seam import Seam, SeamFrames, WeldType
 from wpcal.weld.runs import WeldRun
 
 STEP_MM, STEP_RAD = 5.0, math.radians(3.0)
@@ -45,7 +45,7 @@ class SeamTask:
     #: shape (n, 2). Work and travel angle with which a straight torch is free there; zero where no lean is needed.
     lean_rad: FloatArray
     is_source: BoolArray  #: shape (n,). Whether the point is one of the seam file.
-    weld: str = ""  #: What is welded, for people: ``tee fillet``.
+    weld: WeldType = WeldType.UNKNOWN
     speed_mm_s: float | None = None  #: The speed that the weld data ask for; None: that of all seams.
     rank: int = 1  #: All seams of a lower rank are welded first.
     more_wire_mm: float = 0.0  #: The tool centre point stays back by this from the seam.
@@ -121,9 +121,8 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1, run: W
     R = Slerp(number, rotations)(at).as_matrix()
     lean = _leans_between(lean, wire, swing, R, at)
     from_mm = max(NEAR_ROOT_MM, start_mm(seam))
-    what = f"{seam.joint.value} {seam.weld.value}"
     more = seam.more_wire_mm, from_mm, None if run is None else run.weld.values.position
-    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, *more)
+    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), seam.weld, speed_mm_s, rank, *more)
 
 
 def _on_curve(frames: SeamFrames, at: FloatArray) -> FloatArray:

@@ -20,7 +20,6 @@ from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.seam_task import Candidate
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.seam.path.position import usual_position
-from wpcal.seam.seam import WeldType
 
 AIR_SHARE = 0.5
 """Part of the joint speeds that moves through the air use: arms need some of the rest to speed up and slow down."""
@@ -56,7 +55,7 @@ class WeldPiece:
     def position(self, cell: Cell) -> str:
         """Return the weld position of most of its points."""
         task, places = self.candidate.task, cell.part_places(self.candidate.q)
-        return usual_position(product(places[:, :3, :3], task.R)[task.is_source], WeldType(task.weld.split()[-1]))
+        return usual_position(product(places[:, :3, :3], task.R)[task.is_source], task.weld)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from scipy.stats import wilcoxon
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, UnitError
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion, rotation_from_zyx, zyx_angles
+from wpcal.core.wording import short
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
@@ -117,7 +118,7 @@ def judge(
         )
     if left > LARGEST_LEFT_MM:
         reasons.append(
-            f"{left:.3g} mm are left on the test poses: the measurements are not of these joint angles and this arm"
+            f"{short(left)} mm are left on the test poses: the measurements are not of these joint angles and this arm"
         )
     reasons += _orientation_reasons(before, after) + _change_reasons(changes or {})
     reasons += doubts
@@ -131,12 +132,12 @@ def _orientation_reasons(before: FloatArray, after: FloatArray) -> list[str]:
     left = float(np.sqrt(np.mean(turns_after**2)))
     if left > LARGEST_LEFT_DEG:
         return [
-            f"{left:.3g} deg are left on the test poses: the orientations are not of these joint angles and this arm"
+            f"{short(left)} deg are left on the test poses: the orientations are not of these joint angles and this arm"
         ]
     loss = turns_after - turns_before
     if loss.any() and float(wilcoxon(loss, alternative="greater", method="approx").pvalue) <= CHANCE:
-        mean_before, mean_after = turns_before.mean(), turns_after.mean()
-        return [f"orientations became worse: {mean_before:.3g} deg before, {mean_after:.3g} deg after, in the mean"]
+        was, became = short(turns_before.mean()), short(turns_after.mean())
+        return [f"orientations became worse: {was} deg before, {became} deg after, in the mean"]
     return []
 
 

@@ -25,6 +25,7 @@ from scipy.stats import chi2, f
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
+from wpcal.core.wording import short
 from wpcal.robot.identify.least_squares import LeastSquaresFit
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.pose_residuals import evaluate
@@ -52,9 +53,9 @@ class OutlierPose:
 
     def __str__(self) -> str:
         lines = f"row {self.rows[0]}" if len(self.rows) == 1 else f"rows {', '.join(map(str, self.rows))}"
-        turn = "" if self.turn_deg is None else f" and {self.turn_deg:.3g} deg"
+        turn = "" if self.turn_deg is None else f" and {short(self.turn_deg)} deg"
         where = "kept back for the test" if self.held_back else "fitted with little weight"
-        return f"{lines}: {self.distance_mm:.3g} mm{turn} off what the other poses give; {where}"
+        return f"{lines}: {short(self.distance_mm)} mm{turn} off what the other poses give; {where}"
 
 
 def deletion_chances(fit: LeastSquaresFit, observations: PoseObservations) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.special import ndtri
 
+from wpcal.core.wording import short
 from wpcal.robot.identify.least_squares import LeastSquaresFit
 from wpcal.robot.identify.parameters import KinematicModel
 from wpcal.robot.kinematics.arm import Arm
@@ -42,8 +43,8 @@ class WholeRange:
         """Why the nominal arm stays in use, if it does."""
         return (
             "over the whole range of the joints the identified arm is predicted to be off by "
-            f"{self.identified_mm:.3g} mm and the nominal one by {self.nominal_mm:.3g} mm, which is no gain with 95 % "
-            "confidence: measure poses over the whole range (--plan); the nominal arm stays in use"
+            f"{short(self.identified_mm)} mm and the nominal one by {short(self.nominal_mm)} mm, which is no gain with "
+            "95 % confidence: measure poses over the whole range (--plan); the nominal arm stays in use"
         )
 
 

@@ -17,6 +17,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.wording import short
 from wpcal.seam.find.formed import are_bends, is_cut
 from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.find.tubes import THIN_WALL
@@ -256,7 +257,7 @@ class Judge:
             return
         rim = self._rim_mm(seam)
         if rim is not None:
-            yield Rule.HOLE_RIM.found(f"it runs round inside a hole of {rim:.3g} mm that the other member covers")
+            yield Rule.HOLE_RIM.found(f"it runs round inside a hole of {short(rim)} mm that the other member covers")
         if seam.closed and self._is_pin(seam):
             yield Rule.PIN_IN_HOLE.found("a round member in a hole: it may be pressed in, or turn there")
 

@@ -16,6 +16,7 @@ from wpcal.brep.solid_facts import facts_of
 from wpcal.brep.surfaces import unit
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
+from wpcal.core.wording import short
 from wpcal.seam.find.built_up import SAME_THICKNESS, Surface, sampled_surface
 from wpcal.seam.member.member import ENDS_TOGETHER, Decomposition, Member, MemberKind
 from wpcal.seam.member.members import members_of
@@ -138,7 +139,7 @@ def _own_faces(trimmed: TrimmedFaces, one: Member, faces: frozenset[int]) -> fro
 
 def _sized(trimmed: TrimmedFaces, surface: Surface, named: Listed, one: Member) -> Listed:
     """Return a member with its size in words and numbers, and with its volume, mm³, as its share."""
-    kind, t, (short, long) = one.kind, one.thickness_mm, sorted(one.section.tolist())
+    kind, t, (thin, long) = one.kind, one.thickness_mm, sorted(one.section.tolist())
     rows = np.concatenate([np.arange(*trimmed.start[[face, face + 1]]) for face in sorted(named.faces)])
     p, along = trimmed.p0[rows], trimmed.p1[rows] - trimmed.p0[rows]
     length_mm = one.length_mm or _extent(p @ one.axis)
@@ -150,14 +151,14 @@ def _sized(trimmed: TrimmedFaces, surface: Surface, named: Listed, one: Member) 
     is_flat = kind in (MemberKind.PLATE, MemberKind.SHEET)
     felt = surface.thick[np.isin(surface.face, list(named.faces))]
     felt = felt[(np.abs(felt - t) <= SAME_THICKNESS * t) | (not is_flat)]
-    volume = short * long * length_mm if is_solid else len(felt) * surface.mm2 * t / 2.0
+    volume = thin * long * length_mm if is_solid else len(felt) * surface.mm2 * t / 2.0
     if kind in (MemberKind.TUBE, MemberKind.PROFILE):
         t = float(np.median(np.append(felt, t)))  # of a wall; that of a member is a mean
     if kind is MemberKind.BAR:
-        t, long, length_mm = sorted((short, long, length_mm))
+        t, long, length_mm = sorted((thin, long, length_mm))
         kind = MemberKind.PLATE if long > WIDEST_BAR_MM else kind
-    sizes = {MemberKind.TUBE: [long, short, t], MemberKind.PROFILE: [long, short, t], MemberKind.SHEET: [t]}
-    words = " x ".join(f"{float(f'{mm:.3g}'):g}" for mm in sizes.get(kind, [long, t]))
+    sizes = {MemberKind.TUBE: [long, thin, t], MemberKind.PROFILE: [long, thin, t], MemberKind.SHEET: [t]}
+    words = " x ".join(map(short, sizes.get(kind, [long, t])))
     word = kind.value.replace(" or tube" if is_solid else "bar or ", "")
     return replace(named, kind=f"{word} {words} mm", thickness_mm=t, length_mm=length_mm, share=volume)
 

@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.wording import short
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP
 from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.limits import FLUSH_MM
@@ -113,7 +114,7 @@ class Member:
     @property
     def in_words(self) -> str:
         """What the member is, with its section: ``rolled profile 100 x 50``."""
-        return f"{self.kind.value} {float(f'{self.section[1]:.3g}'):g} x {float(f'{self.section[0]:.3g}'):g}"
+        return f"{self.kind.value} {short(self.section[1])} x {short(self.section[0])}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
