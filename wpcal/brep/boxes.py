@@ -71,8 +71,8 @@ class BoxTree:
         `low`, `high`: shape (n, 3). Least and greatest corner of each given box.
         Returns `query`, `box`: ndarray of int, shape (k,). Sorted by query, then box.
         """
-        rows = np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)
-        return self.search(len(low), lambda query, *of: are_met(rows, query, of))
+        low, high = np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)
+        return self.search(low.shape[1], lambda query, *of: are_met(low[:, query], high[:, query], *of))
 
     def _down(self, queries: IntArray, meets: Meets) -> tuple[IntArray, IntArray]:
         """Take queries from the top to the lowest level, where the nodes are the boxes."""
@@ -90,12 +90,10 @@ class BoxTree:
         return query, self.order[node]
 
 
-def are_met(boxes: tuple[FloatArray, FloatArray], number: IntArray, others: tuple[FloatArray, FloatArray]) -> BoolArray:
-    """Tell which boxes of these numbers, shape (m,), touch or overlap others, corners of shape (3, m)."""
-    (low, high), (other_low, other_high), met = boxes, others, np.ones(len(number), dtype=bool)
-    for k in range(3):  # `all` along an axis of three takes five times as long
-        met &= (low[k][number] <= other_high[k]) & (high[k][number] >= other_low[k])
-    return met
+def are_met(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> BoolArray:
+    """Tell which boxes touch or overlap the others, shape (m,); corners of shape (3, m)."""
+    met = [(low[k] <= other_high[k]) & (high[k] >= other_low[k]) for k in range(3)]
+    return np.asarray(met[0] & met[1] & met[2])  # `all` along an axis of three takes five times as long
 
 
 def _morton(points: FloatArray) -> IntArray:

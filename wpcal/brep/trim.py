@@ -69,7 +69,7 @@ class TrimmedFaces:
         boxes = np.where(hidden[:, None], FAR_MM, low), np.where(hidden[:, None], -FAR_MM, high)
         tree, patches = self.box_tree.without(hidden), self.patch_boxes.without(hidden)
         other = self.with_graph(self.graph)
-        vars(other).update(face_box=boxes, box_tree=tree, patch_boxes=patches)
+        vars(other).update(face_box=boxes, box_tree=tree, patch_boxes=patches, _blocks=self._blocks)
         for name in ("solid_boxes", "solid_sides_mm"):
             vars(other).pop(name, None)
         return other
@@ -208,10 +208,10 @@ class TrimmedFaces:
         """
         found, (first, begin, least, most) = [np.zeros((2, 0), dtype=np.int64)], self._blocks
         for row, block in items_in_chunks(first, faces, MOST_PAIRS):
-            met = np.flatnonzero(are_met((least, most), block, (low.T[:, row], high.T[:, row])))
+            met = np.flatnonzero(are_met(least[:, block], most[:, block], low[row].T, high[row].T))
             for own, piece in items_in_chunks(begin, block[met], MOST_PAIRS):
-                at = row[met[own]]
-                near = are_met(self._piece_boxes, piece, (low.T[:, at], high.T[:, at]))
+                at, ends = row[met[own]], (self.p0[piece].T, self.p1[piece].T)
+                near = are_met(np.minimum(*ends), np.maximum(*ends), low[at].T, high[at].T)
                 found.append(np.stack([at[near], piece[near]]))
         row, piece = np.concatenate(found, axis=1)
         return row, piece
@@ -223,14 +223,11 @@ class TrimmedFaces:
         first = np.concatenate([[0], np.cumsum(counts)])
         number = np.arange(first[-1]) - np.repeat(first[:-1], counts)
         begin = np.append(np.repeat(self.start[:-1], counts) + BLOCK * number, self.start[-1])
-        low, high = self._piece_boxes
-        return first, begin, np.minimum.reduceat(low, begin[:-1], axis=1), np.maximum.reduceat(high, begin[:-1], axis=1)
-
-    @cached_property
-    def _piece_boxes(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest corner of a box around each piece, two arrays (3, m)."""
-        ends = np.ascontiguousarray(self.p0.T), np.ascontiguousarray(self.p1.T)
-        return np.minimum(*ends), np.maximum(*ends)
+        least, most = (
+            np.array([pick.reduceat(pick(self.p0[:, k], self.p1[:, k]), begin[:-1]) for k in range(3)])
+            for pick in (np.minimum, np.maximum)
+        )
+        return first, begin, least, most
 
     def nearest_pieces(self, faces: IntArray, points: FloatArray) -> IntArray:
         """Return the piece of the boundary of each face, shape (m,), that is nearest to a point; -1 without a boundary.

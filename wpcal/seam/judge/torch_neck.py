@@ -102,7 +102,7 @@ def edges_in_tubes(
     row, box = bundles.near.pairs(bundles.group)
     least, most = (pick(begin, end) + side * max(first, last) for pick, side in ((np.minimum, -1), (np.maximum, 1)))
     boxes = trimmed.patch_boxes
-    own = np.flatnonzero(are_met((boxes.low.T, boxes.high.T), box, (least.T[:, row], most.T[:, row])))
+    own = np.flatnonzero(are_met(boxes.low[box].T, boxes.high[box].T, least[row].T, most[row].T))
     row, face = np.divmod(np.unique(row[own] * graph.face_count + boxes.face[box[own]]), graph.face_count)
     own, piece = trimmed.pieces_meeting(face, least[row], most[row])
     frames, at = tube_frames(way), row[own]
