@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_392,
+    "lines of wpcal and cad": 122_391,
     "lines of tests": 63_806,
     "rooms": 18,
     "arrows between rooms": 80,

@@ -65,7 +65,7 @@ def place(
     else:
         flag = "robot" if options.moved.value == "robot" else "part" if cell.carrier is None else "positioner"
         numbers = itertools.chain(*found.best_at.to_record().values())
-        click.echo(f"now: {100 * found.now:.0f} % of the length is reachable")
+        click.echo(f"now: {100 * found.now:.0f} % of the length is reachable with seams in one piece")
         click.echo(f"best: {100 * found.best.share:.0f} % with {found.best.words(options.moved)}")
         click.echo(f"in a new cell file: --{flag}-at {','.join(f'{round(number, 3) + 0.0:.7g}' for number in numbers)}")
         click.echo(f"drawn in {output}")

@@ -62,6 +62,8 @@ def _rows(path: WeldPath | SafePoint) -> list[str]:
 
 def _entry(path: WeldPath, file: str, mm_s: float) -> list[str]:
     """Return the sidecar's lines of one seam. Text is written as JSON strings, which YAML reads."""
+    along = ("null" if mm is None else f"{mm * MM:.{DECIMALS}f}" for mm in errors_mm(path))
+    errors = "null" if path.u95_mm is None else f"[{', '.join(along)}]"
     return [
         f"- name: {json.dumps(path.seam.name)}",
         f"  file: {json.dumps(file)}",
@@ -69,14 +71,8 @@ def _entry(path: WeldPath, file: str, mm_s: float) -> list[str]:
         f"  closed: {json.dumps(path.seam.closed)}",
         f"  weld_speed_m_s: {mm_s * MM:.{DECIMALS}g}",
         f"  roles: [{', '.join(path.roles)}]",
-        f"  error_95_m: {_errors(path)}",
+        f"  error_95_m: {errors}",
     ]
-
-
-def _errors(path: WeldPath) -> str:
-    if path.u95_mm is None:
-        return "null"
-    return f"[{', '.join('null' if v is None else f'{v * MM:.{DECIMALS}f}' for v in errors_mm(path))}]"
 
 
 ROS = Exporter("ros", "ROS 2: one PoseArray YAML per seam, and a sidecar with names and errors", write_ros)

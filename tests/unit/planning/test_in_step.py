@@ -119,8 +119,7 @@ def test_the_audit_finds_a_place_beside_the_seam_of_two_robots(file, before, by,
 def test_the_audit_sweeps_both_programs_in_the_cell_of_the_plan(folder, tmp_path):
     copy = shutil.copytree(folder, tmp_path / "plan")
     programs = [each for each in audit_path(copy).files if "two robots" in each.kind]
-    assert len(programs) == 8
-    assert all(not each.faults and "swept together" in each.checked for each in programs)
+    assert [(each.faults, "swept together" in each.checked) for each in programs] == [((), True)] * 8
     held = copy / "WPCAL_W2_R2.mod"
     bend = lambda m: f"{m[1]}{float(m[2]) - 60.0:.4f}"  # noqa: E731
     held.write_text(re.sub(r"(jointtarget \w+_0002:=\[\[[-\d.]+,[-\d.]+,)([-\d.]+)", bend, held.read_text()))

@@ -173,9 +173,8 @@ def test_ways_of_each_piece_are_free_at_fine_steps(fixed, given):
 def test_a_piece_that_is_not_free_is_left_out_by_name_and_the_rest_is_planned(given, monkeypatch, golden):
     cell = given.placed(fixed_cell())
     one = _Work._piece
-    monkeypatch.setattr(
-        _Work, "_piece", lambda self, ways, row: "a wall" if ways.name == "W2" else one(self, ways, row)
-    )
+    blocked = lambda self, ways, row: "a wall" if ways.name == "W2" else one(self, ways, row)  # noqa: E731
+    monkeypatch.setattr(_Work, "_piece", blocked)
     plan = plan_sequence(cell, given.part, given.seams, SequenceTargets()).sequence
     names = {each.name for each in given.seams}
     assert {piece.candidate.task.name for piece in plan.pieces} == names - {"W2"}
@@ -187,17 +186,19 @@ def test_a_piece_that_is_not_free_is_left_out_by_name_and_the_rest_is_planned(gi
     golden([plan.unwelded, plan.open_points(has_part=False)])
 
 
-def test_a_piece_is_named_that_is_welded_in_another_position_than_its_weld_data_are_for(given):
+def test_a_piece_is_named_that_is_welded_in_another_position_or_slower_than_its_weld_data_are_for(given):
     plan = plan_sequence(given.placed(fixed_cell()), given.part, given.seams, SequenceTargets()).sequence
     piece, now = plan.pieces[0], plan.pieces[0].position(plan.cell)
-    for position, told in (
-        (None, []),
-        (now, []),
-        ("PG", [f"WELD DATA OF ANOTHER POSITION: {piece.name} (PG, is {now})"]),
+    slow = f"SLOWER THAN ITS WELD DATA: {piece.name} (60 mm/s, is 8.0); the same wire feed lays a larger bead"
+    for position, mm_s, told in (
+        (now, None, []),
+        ("PG", None, [f"WELD DATA OF ANOTHER POSITION: {piece.name} (PG, is {now})"]),
+        (None, 60.0, [slow]),
     ):
-        task = dataclasses.replace(piece.candidate.task, position=position)
+        task = dataclasses.replace(piece.candidate.task, position=position, speed_mm_s=mm_s)
         candidate = dataclasses.replace(piece.candidate, task=task)
-        changed = dataclasses.replace(plan, pieces=(dataclasses.replace(piece, candidate=candidate), *plan.pieces[1:]))
+        welded = dataclasses.replace(piece, candidate=candidate, slowed_by=mm_s and "R")
+        changed = dataclasses.replace(plan, pieces=(welded, *plan.pieces[1:]))
         assert [line for line in changed.open_points(has_part=True) if "DATA" in line] == told
 
 

@@ -210,7 +210,7 @@ def describe_path(path: WeldPath) -> str:
     count = f"{path.weld_count} points" if path.moves is None else counted_moves(path.weld_moves)
     text = f"{seam.joint.value} {seam.weld.value}, {seam.length_mm:.1f} mm, {count}"
     if path.run is not None:
-        words = [describe_weld(path.values), *_settings(path.values)]
+        words = [describe_weld(path.values), *_settings(path.values, path.speed_mm_s)]
         if path.run.is_tack:
             words.insert(0, "tack weld")
         if path.run.is_woven:
@@ -230,13 +230,13 @@ def errors_mm(path: WeldPath) -> list[float | None]:
     return [*[None] * path.before, *along, *[None] * path.after]
 
 
-def _settings(values: WeldValues) -> list[str]:
-    """Return current, voltage, wire feed and speed in words, as a person types them into a schedule."""
+def _settings(values: WeldValues, planned_mm_s: float | None) -> list[str]:
+    """Return current, voltage, wire feed and speed, that of a plan if any, as a person types them into a schedule."""
     numbers = (
         (values.current_a, "A"),
         (values.voltage_v, "V"),
         (values.wire_feed_m_min, "m/min wire"),
-        (values.speed_mm_s, "mm/s"),
+        (values.speed_mm_s if planned_mm_s is None else round(planned_mm_s, 1), "mm/s"),
     )
     return [f"{number:g} {unit}" for number, unit in numbers if number is not None]
 

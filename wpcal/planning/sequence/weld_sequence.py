@@ -119,6 +119,9 @@ class WeldSequence:
             f"{piece.name} ({p}, is {now})" for piece, p in of_data if p and (now := piece.position(cell)) != p
         ]:
             found.append(f"WELD DATA OF ANOTHER POSITION: {', '.join(other)}")
+        of_speed = ((piece, piece.candidate.task.speed_mm_s) for piece in self.pieces if piece.slowed_by)
+        if slow := [f"{piece.name} ({mm_s:g} mm/s, is {piece.speed_mm_s:.1f})" for piece, mm_s in of_speed if mm_s]:
+            found.append(f"SLOWER THAN ITS WELD DATA: {', '.join(slow)}; the same wire feed lays a larger bead")
         alone = zip(self.pieces, self.ways, strict=True)
         if lost := [piece for piece, way in alone if not (len(way.from_home) and len(way.to_home))]:
             found.append(f"NO FREE WAY BY ITSELF: {_names(lost)}, from home or to home")
