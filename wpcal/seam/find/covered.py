@@ -154,7 +154,7 @@ def find_same_rooms(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, 
     alike = (row < column) & (np.abs(low[row] - low[column]) <= slack[row]).all(axis=1)
     alike &= (np.abs(high[row] - high[column]) <= slack[row]).all(axis=1)
     found: dict[int, int] = {}
-    looked: dict[tuple[int, int], tuple[IntArray, IntArray]] = {}
+    looked: dict[tuple[bytes, int], tuple[IntArray, IntArray]] = {}
     for a, b in sorted(zip(has_faces[row[alike]].tolist(), has_faces[column[alike]].tolist(), strict=True)):
         first = found.get(a, a)
         if b not in found and _fill_the_same(graph, trimmed, first, b, looked):
@@ -163,18 +163,19 @@ def find_same_rooms(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, 
 
 
 def _fill_the_same(
-    graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, looked: dict[tuple[int, int], tuple[IntArray, IntArray]]
+    graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, looked: dict[tuple[bytes, int], tuple[IntArray, IntArray]]
 ) -> bool:
     """Tell whether two solids with equal boxes fill the same room.
 
-    `looked`: What solids are where in the box of a solid, by its number and that of the points.
+    `looked`: What solids are where in a box, by its corners and the number of points.
     """
     low, high = (corner[a] for corner in trimmed.solid_boxes)
     points = low + np.random.default_rng(0).uniform(size=(ROOM_LOOKS[-1][0], 3)) * (high - low)
     for count, clearly in ROOM_LOOKS:
-        if (a, count) not in looked:
-            looked[a, count] = find_solids_around(ExactMaterial(graph, trimmed), points[:count])
-        point, solid = looked[a, count]
+        box = low.tobytes() + high.tobytes()
+        if (box, count) not in looked:
+            looked[box, count] = find_solids_around(ExactMaterial(graph, trimmed), points[:count])
+        point, solid = looked[box, count]
         in_a, in_b = set(point[solid == a].tolist()), set(point[solid == b].tolist())
         most = max(len(in_a), len(in_b))
         if most >= FEWEST and abs(len(in_a & in_b) - SAME_ROOM * most) > clearly * most:
