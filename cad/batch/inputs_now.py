@@ -16,7 +16,7 @@ from wpcal.core.wording import shown
 OPTION = "--inputs"  #: With which the user says where an input is, for messages.
 OF_FOLDER = "--touches"  #: Option that may name the folder of its file.
 CURRENT = "/0/1/2/3/4/5/6/7"
-"""Stands for the folder in which the results were made: so many ``../`` of a name find their place."""
+"""Stands for the folder in which the results were made: this many ``../`` of a name find their place."""
 
 
 @dataclass(frozen=True, slots=True)

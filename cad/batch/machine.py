@@ -28,9 +28,9 @@ from cad.work.group import GroupRequest
 from cad.work.host import Failure, Host, ServerEndedError
 from wpcal.core.errors import WpcalError
 
-KEPT_OPEN = 2  #: So many parts without jobs stay open in a worker: the next job may be about one of them.
+KEPT_OPEN = 2  #: This many parts without jobs stay open in a worker: the next job may be about one of them.
 END_S, STEP_S = 2.0, 0.02
-"""Processes that are ended can write during a fraction of a second; so long their files are removed again."""
+"""Processes that are ended can write during a fraction of a second; their files are removed again for this long."""
 GONE = "the process that starts the jobs of this worker was ended"
 
 
@@ -65,7 +65,7 @@ def run_sent_job(job: SentJob, *contents: bytes) -> tuple[Any, dict[str, bytes]]
 def end_batch(batch: str, watch_s: float = 0.0) -> None:
     """End the processes of a batch on this worker, and remove its files. No further job of it is run.
 
-    `watch_s`: So long the files are removed again that processes write which are not ended yet.
+    `watch_s`: For this long files are removed again that processes write which have not ended yet.
     """
     _over.add(batch)
     with _lock:

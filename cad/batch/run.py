@@ -25,7 +25,7 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 """After one of these errors every other job would fail for the same reason."""
 MOST_TRIES = 2  #: A job or a group whose process somebody else killed is tried once more.
 WAIT_FOR_LOCK_S, STEP_S = 3.0, 0.05
-"""The processes of a batch that was killed end within this time, and so long they hold its lock."""
+"""The processes of a batch that was killed end within this time, and hold its lock until then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ def run_tasks(
     at_once: int,
     done: Callable[[Task, Any], None],
 ) -> None:
-    """Run jobs, so many at once, in the order of the list within each group.
+    """Run jobs, this many at once, in the order of the list within each group.
 
     Raises `InputError` when the disk is full or read-only: no other job could write its results.
     Raises `ServerEndedError` when somebody killed the process from which jobs are forked.
@@ -132,7 +132,7 @@ def require_room(value: Any) -> None:
 
 
 class Jobs:
-    """Jobs that are run, so many at once, and what becomes of a process that dies."""
+    """Jobs that are run, this many at once, and what becomes of a process that dies."""
 
     def __init__(self, host: Host, *, at_once: int, done: Callable[[Task, Any], None], kept_open: int = 0) -> None:
         self._host, self._at_once, self._done, self._kept_open = host, at_once, done, kept_open

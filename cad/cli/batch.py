@@ -42,12 +42,7 @@ class BatchAsked:
     """How a batch is run."""
 
     at_once: int | None = opt(
-        None,
-        "So many processes at the same time.  [default: one per processor]",
-        "-j",
-        "--jobs",
-        least=1,
-        most=MOST_AT_ONCE,
+        None, "Processes at the same time.  [default: one per processor]", "-j", "--jobs", least=1, most=MOST_AT_ONCE
     )
     dask: str | None = opt(
         None, f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.", metavar="tcp://HOST:PORT"

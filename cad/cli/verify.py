@@ -109,7 +109,7 @@ class Checked:
     "--jobs",
     "at_once",
     type=click.IntRange(min=1, max=MOST_AT_ONCE),
-    help="So many processes at the same time (of a batch).  [default: one per processor]",
+    help="Processes at the same time (of a batch).  [default: one per processor]",
 )
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what differs.")
 @no_cache_option

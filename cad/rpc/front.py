@@ -29,7 +29,7 @@ AT_ONCE = ("hello", "cancel")  #: Methods that wait for no other request.
 MOST_HANDLES = 100  #: A part more closes the handle that was not used for the longest time.
 GRACE_S = 1.0  #: A cancelled request may clean up for as long as this. In the kernel it cannot.
 LAST_S = 1.5  #: When the client is gone, a request that puts its files in place may go on for as long as this.
-WATCHDOG_S = 1.7  #: This process ends so long after its client, also if nobody takes its answers.
+WATCHDOG_S = 1.7  #: This process ends this long after its client, also if nobody takes its answers.
 PLACES = ("out", "table", "folder")  #: Params that say where a request writes.
 
 Event = tuple[str, Any]

@@ -152,7 +152,7 @@ class KnownPart:
 
     @classmethod
     def of(cls, part: StepPart, *, least_faces: float = 1) -> KnownPart:
-        """Find what the kernel finds; the outline only if the file has so many faces."""
+        """Find what the kernel finds; the outline only if the file has this many faces."""
         before = take_inventory(part.document)
         if before.surfaces.total() < least_faces:
             return cls(before)

@@ -19,7 +19,7 @@ class Reads(Protocol):
     """What packets are read from: a pipe, or one end of a pair of sockets."""
 
     def read(self, size: int, /) -> bytes:
-        """Return so many bytes; fewer at the end of the stream."""
+        """Return this many bytes; fewer at the end of the stream."""
 
 
 class Writes(Protocol):
@@ -76,7 +76,7 @@ class Channel:
         return self._end.fileno()
 
     def read(self, size: int) -> bytes:
-        """Return so many bytes; fewer only if the other side closed its end."""
+        """Return this many bytes; fewer only if the other side closed its end."""
         parts, missing = [], size
         while missing:
             try:

@@ -40,7 +40,7 @@ OFF = "off"
 USUAL_MOST_MB = 500.0  #: About 30 parts of 6000 faces, or thousands of small ones.
 BYTES_PER_MB = 1_000_000
 SUFFIX, NEW_SUFFIX = ".answer", ".new"
-ABANDONED_S = 3600.0  #: A file that was begun so long ago belongs to a process that was ended.
+ABANDONED_S = 3600.0  #: A file that was begun this long ago belongs to a process that was ended.
 _HEAD = b"wpcal answer 1\n"
 _NO_UNNAMED = (errno.EOPNOTSUPP, errno.EISDIR, errno.EINVAL, errno.ENOENT)
 """Errors of a place where files cannot be without a name."""

@@ -56,7 +56,7 @@ class WorkpieceCalibration:
     candidate_u95_mm: tuple[FloatArray, ...]  #: shape (frames,). 95 % error at every frame of each candidate, mm.
     taught: TaughtPoints  #: With the features that were found for points without one.
     found_names: bool = False  #: Whether features were found for points without one.
-    #: A decision may join seams whose ends are at most so far from each other, mm.
+    #: A decision may join seams whose ends are at most this far from each other, mm.
     join_mm: float = SeamOptions().most_join_mm
     torch: TorchShape = USUAL_TORCH  #: The torch with which reach was judged.
     #: The motions of the bodies, if they were fitted; `candidates` are then those of the moved bodies.

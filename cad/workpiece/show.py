@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from wpcal.core.transform import RigidTransform
 
 AXIS_MM = 8.0  #: Length of the axes of a frame.
-ARROW_SCALE = 20.0  #: Residuals are drawn so many times as long: they are tenths of a millimetre.
+ARROW_SCALE = 20.0  #: Residuals are drawn this many times as long: they are tenths of a millimetre.
 LEAST_ARROW_MM = 1e-6  #: The kernel makes no shorter line.
 
 

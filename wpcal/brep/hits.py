@@ -17,7 +17,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray, blocks
 
 CHUNK = 5000  #: Rays handled in one array: some 50 MB at ten faces per ray.
-FEW_FACES = 64  #: Rays through solids with so few faces each are compared with all their boxes, without a tree.
+FEW_FACES = 64  #: Rays through solids with this few faces each are compared with all their boxes, without a tree.
 THIN_MM = 0.1  #: Boxes grow by this, so that a ray across a plane face has samples on both sides of the face.
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
@@ -86,7 +86,7 @@ def is_blocked(
 def _near_pairs(
     trimmed: TrimmedFaces, origins: FloatArray, rays: FloatArray, length: FloatArray, solid: IntArray | int | None
 ) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield pairs of a ray and a face whose box it may meet, by ray, for so many rays at a time; of its solid only."""
+    """Yield pairs of a ray and a face whose box it may meet, by ray, this many rays at a time; of its solid only."""
     of_face, each = trimmed.graph.face_solid, np.broadcast_to(-1 if solid is None else solid, len(origins))
     asked = np.zeros(len(trimmed.graph.solid_names) + 1, dtype=bool)
     asked[each] = True  # the last one: all

@@ -23,7 +23,7 @@ from wpcal.core.transform import RigidTransform
 VOTERS = np.array([[0.8301, 0.2713, 0.4871], [-0.3119, 0.8923, 0.3263], [0.1987, -0.4409, 0.8753]])
 """Directions of the rays that vote: along no axis, plane or diagonal in which parts are modelled."""
 FAR_MM = 1e9  #: Length of a ray that leaves every part.
-BEYOND_MM = 1.0  #: Rays end so far beyond the boxes that they leave.
+BEYOND_MM = 1.0  #: Rays end this far beyond the boxes that they leave.
 FLAT = 1e-12  #: A ray whose direction has less than this share across a triangle runs along it.
 
 

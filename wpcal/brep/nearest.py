@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SEEDS_PER_SPAN = 3
 """Grid points per knot span and direction at which the search starts, if the span bends less than half a turn."""
 CELLS_PER_SEED = 3
-"""A span that bends more, such as that of a thread, has a seed for so many of its cells: about each 50 degrees."""
+"""A span that bends more, such as that of a thread, has a seed for this many of its cells: about each 50 degrees."""
 NEWTON_ROUNDS = 12  #: Most Gauss-Newton steps per point; from a seed within a third of a span, 6 were enough.
 SETTLED = 1e-14
 """The search of a point ends when a step is below this share of the parameter range: 1e-11 mm on one metre."""

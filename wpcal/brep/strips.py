@@ -17,7 +17,7 @@ SLACK = 1e-6  #: Pieces and faces are wider than they are by this, mm or rad: th
 WIDEST_RAD = np.pi / 2 - 1e-3
 """A boundary that is farther from the middle of its angles may go all the way round: its strips do so, too."""
 PIECES = 2
-"""There is one strip per so many pieces: more strips hold no fewer pieces each, as a piece begins in one or two."""
+"""There is one strip per this many pieces: more strips hold no fewer pieces each, as a piece begins in one or two."""
 TOGETHER = 4_000  #: Faces that are divided together: all of a large part would take much memory.
 MOST_STRIPS = 512  #: Of a face: a long straight piece is listed in each of them.
 

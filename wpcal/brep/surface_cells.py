@@ -115,7 +115,7 @@ def _breaks(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:
 
 
 def divided(breaks: FloatArray, parts: IntArray) -> FloatArray:
-    """Divide each step of an ascending sequence of shape (n + 1,) into so many equal parts, shape (n,)."""
+    """Divide each step of an ascending sequence of shape (n + 1,) into this many equal parts, shape (n,)."""
     step, number = numbered_rows(parts)
     inner = breaks[step] + np.diff(breaks)[step] * number / parts[step]
     return np.append(inner, breaks[-1])

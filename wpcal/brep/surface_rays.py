@@ -13,7 +13,7 @@ EXACT_MM = 1e-9  #: A point of the surface that is this near to the ray is a cro
 SHALLOW = 0.35
 """A ray whose angle to the surface has a smaller sine may go through a cell twice: it is followed from both ends."""
 TOO_FAR = 1.0
-"""A ray that is not shallow misses a cell if the first step ends so many widths of the cell beyond it: normals in a
+"""A ray that is not shallow misses a cell if the first step ends this many widths of the cell beyond it: normals in a
 cell turn too little for it to come back."""
 SLACK = 1e-6
 """A crossing this far beyond a cell, relative to its width, counts: it may lie on the border of two cells."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from wpcal.core.result_files import CALIBRATION_FILE
 
 PARTS = (".step", ".stp")
-MOST_FOLDERS = 200  #: Result folders are looked for among so many folders.
+MOST_FOLDERS = 200  #: Result folders are looked for among this many folders.
 
 
 def next_here(folder: Path) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import click
 
-MOST_ON_A_SCREEN = 22  #: A command with so many options or fewer shows them all.
+MOST_ON_A_SCREEN = 22  #: A command with this many options or fewer shows them all.
 SECTIONS = {
     "What you have": """
         nominal bodies touches seams cell robot torch tool uframe part only welds template have exclude
@@ -49,7 +49,7 @@ def key_of(option: click.Option) -> str:
 
 
 def help_all(count: int) -> Iterator[click.Option]:
-    """Yield the option that shows all options, for a command with so many."""
+    """Yield the option that shows all options, for a command with this many."""
     if count > MOST_ON_A_SCREEN:
         yield click.Option(
             [HELP_ALL], is_flag=True, is_eager=True, expose_value=False, callback=_show_all, help="Show all options."

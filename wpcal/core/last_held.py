@@ -8,7 +8,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-POINTS = 500  #: So many values at once cost about as much as one: few intervals are divided into more parts.
+POINTS = 500  #: This many values at once cost about as much as one: few intervals are divided into more parts.
 MOST_BITS = 4  #: Parts of an interval in one round, as power of two.
 
 

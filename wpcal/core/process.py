@@ -16,7 +16,7 @@ machine threads that wait for one another cost up to 30 times the processor time
 NEW_OBJECTS = 100_000
 """Python's own 700 made it look a thousand times while the records of a large part were made: three quarters of that
 time, and nothing was found."""
-OLDER_ROUNDS = 50  #: Older objects are looked at after so many rounds of the younger ones.
+OLDER_ROUNDS = 50  #: Older objects are looked at after this many rounds of the younger ones.
 
 
 def use_one_thread() -> None:

@@ -22,8 +22,8 @@ from wpcal.core.input_file import read_bytes, require_name
 from wpcal.core.record_check import check_record
 from wpcal.core.whole_folder import flush, put_in_place, temporary_name, temporary_sibling
 
-MOST_AT_ONCE = 16  #: Lists of at most so many items are written by one format for all of them.
-MOST_TOGETHER = 512  #: So many items of lists are written together: of 4000 seams, the texts of all numbers are 250 MB.
+MOST_AT_ONCE = 16  #: Lists of at most this many items are written by one format for all of them.
+MOST_TOGETHER = 512  #: Items of lists that are written together: the texts of all numbers of 4000 seams are 250 MB.
 
 
 def to_json(record: Mapping[str, Any]) -> str:

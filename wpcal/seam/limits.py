@@ -51,7 +51,7 @@ NEAR_GAPS = 3.0
 may be a gap between the two."""
 WIDE_GAPS = 2.0
 """A gap that stays the same along the whole edge may be this many times as wide as the usual one, 1 mm, and where none
-is found again so many times as wide. A pipe that was cut short, or a root gap, is that wide; what only comes near is
+is found again this many times as wide. A pipe that was cut short, or a root gap, is that wide; what only comes near is
 rarely so along a whole edge."""
 MEETING_MM = 1.0
 """Ends nearer than this meet: an arc goes on over a gap of 1 mm, and the torch goes straight from one to the other."""

@@ -41,7 +41,7 @@ def seams_record(
     """Return the record of ``seams.json``.
 
     `u95_mm`: shape (n,). For each seam, the 95 % error at each of its n frames, mm.
-    `join_mm`: A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
+    `join_mm`: A decision may join seams whose ends are at most this far apart, mm (`SeamOptions.most_join_mm`).
     `columns`: shape (n,). More numbers of the frames of each seam, by the name of their field.
 
     Returns: The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0.

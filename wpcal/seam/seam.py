@@ -149,7 +149,7 @@ class Hiding:
     """What a torch would reach of a seam if a solid beside it were not there."""
 
     solid: str
-    length_mm: float  #: So much of the seam would be free.
+    length_mm: float  #: This much of the seam would be free.
     is_loose: bool  #: No face of the solid is near another solid: it may be a fixture, or a part that is mounted later.
 
 

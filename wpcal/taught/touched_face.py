@@ -14,7 +14,7 @@ from wpcal.core.errors import InputError
 from wpcal.taught.kinds import TouchKind
 
 NEAR_MM = 0.5
-"""Faces so much farther away than the nearest one may be meant, too: a click is on triangles, not on the face."""
+"""Faces this much farther away than the nearest one may be meant, too: a click is on triangles, not on the face."""
 KIND_OF = {
     SurfaceKind.PLANE: TouchKind.PLANE,
     SurfaceKind.SPHERE: TouchKind.SPHERE,

@@ -27,7 +27,7 @@ from wpcal.touch.searches import (
 )
 
 BEYOND_MM = 2.0
-"""A stored place may lie so far before the start or behind the end of its stroke: the robot brakes, and rounds."""
+"""A stored place may lie this far before the start or behind the end of its stroke: the robot brakes, and rounds."""
 BESIDE_MM = 1.5
 """A stored place may lie so far from the line of its stroke: robots keep lines to some tenths of a millimetre."""
 SAME_FRAME_MM = 0.05

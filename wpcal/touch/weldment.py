@@ -160,8 +160,8 @@ LARGEST = 16.0  #: The sum of errors to this power: the largest decides, and bel
 MOST_SEAM_POINTS = 160  #: Seam points that the search looks at; the errors reported are those over all points.
 PER_PAIR = 6  #: Of them where the same two bodies meet: the error is largest at the ends of the extent of a seam.
 REDUCIBLE = 0.5  #: Weight of the largest error above its floor, beside the largest error.
-OFTEN = 1e4  #: Each possible touch is made so many times to see what no touch can lower.
-SWEEPS = 4  #: Each touch is exchanged so many times at most: the second sweep rarely gains a hundredth.
+OFTEN = 1e4  #: Each possible touch is made this many times to see what no touch can lower.
+SWEEPS = 4  #: Each touch is exchanged this many times at most: the second sweep rarely gains a hundredth.
 GAIN = 1e-3  #: An exchange counts if it lowers the sum by this share.
 NEARLY = 1.05
 """Where a tolerance cannot be reached, touches are added until they leave this times the error that all would leave."""

@@ -26,7 +26,7 @@ LEAST_MM = 0.02  #: Heights that differ by less are one; a gap of less is none.
 LEAST_FACE_MM = 1.0  #: A shorter piece of an outline is no outer surface.
 PARALLEL = math.cos(math.radians(3.0))  #: Outer surfaces of two plates in one line are parallel within this.
 FACING = 0.3  #: The seam looks at the outer surface: least cosine between its z and the normal.
-FAR_MM = 100.0  #: Outlines are looked at so far from the seam, either way.
+FAR_MM = 100.0  #: Outlines are looked at this far from the seam, either way.
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,7 +47,7 @@ class RunChoice:
         "Weaves of the weld data: an instruction of the controller, or points, for languages without weaves.",
     )
     overlap_mm: float = opt(
-        0.0, "A closed seam is welded on over its start by so much. Weld data that fill the crater there need none."
+        0.0, "A closed seam is welded on over its start by this much. Weld data that fill the crater there need none."
     )
 
     def __post_init__(self) -> None:

@@ -20,7 +20,7 @@ STATIONS = (0.25, 0.5, 0.75)
 """Where along the seam: the median is the answer, so a hole or a cut at one of them does not matter."""
 THICKEST_MM = 1000.0  #: No plate is thicker; a ray ends there.
 INSIDE_MM = 0.5  #: Depth below the face of the point from which a plate is measured.
-ASIDE_MM = 0.25  #: Rays so far to each side of one tell whether the faces at its ends are parallel.
+ASIDE_MM = 0.25  #: Rays this far to each side of one tell whether the faces at its ends are parallel.
 MOST_SLOPE = 0.2  #: Faces are parallel if the length between them changes by less, mm per mm (tan 11 degrees).
 SHORTER_MM = 2.0  #: A plate across whose thickness a seam runs is as thick as the seam is long, but for cut corners.
 

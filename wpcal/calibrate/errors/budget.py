@@ -43,11 +43,11 @@ from wpcal.core.same_bits import first_least
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
 JOINT_POINTS = 32
-"""So many points stand for all seams where their errors are drawn together: the furthest, and those with most error."""
+"""This many points stand for all seams where errors are drawn together: the furthest, and those with most error."""
 MOST_PLACES = 256  #: Of more touches, those in one cell of a grid count as one place of the field.
 JACOBIANS = np.concatenate([point_jacobian(np.zeros((1, 3))), point_jacobian(np.eye(3)) - point_jacobian(np.zeros(3))])
 """shape (4, 3, 6). The Jacobian of a point is their sum with the factors 1, x, y, z."""
-AT_ONCE = 1024  #: The arrays of so many points stay in the processor's cache; all 60 000 of a part take twice as long.
+AT_ONCE = 1024  #: The arrays of this many points stay in the processor's cache; 60 000 at once take twice as long.
 CONTRIBUTIONS = ("touching", "tool", "robot", "part", "model")
 
 

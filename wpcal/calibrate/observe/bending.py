@@ -28,9 +28,9 @@ MODES = 8
 """Modes of each direction; those left out hold 0.2 % of the variance. With six of them the band covers 1 % less."""
 FREE_BEAM = np.array([4.730040744862704, 7.853204624095838, 10.995607838001671])
 """The first solutions of cos k cosh k = 1; the others are (j + 1/2) π to 1e-6."""
-LEAST_LONG = 2.0  #: A body that is at least so many times as long as wide bends.
+LEAST_LONG = 2.0  #: A body that is at least this many times as long as wide bends.
 SQUARE_COS = 0.02  #: Faces within 1 degree of a right angle are taken for the sides of a box.
-NEARLY_SQUARE = 2.0  #: A bar whose section is less than so many times as wide as thick bends across its width, too.
+NEARLY_SQUARE = 2.0  #: A bar whose section is less than this many times as wide as thick bends across its width, too.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     Rows: TypeAlias = "PointRows | TouchRows"
 
 MOST_SETS, EXTENDED = 4000, 40
-"""Up to so many sets of points all are tried: pairs of 89 points. Of more, the best sets of one less are extended."""
-LIKELY, MOST_LIKELY = 0.05, 6  #: Sets are told that are so probable against the best one, and so many.
+"""Up to this many sets of points all are tried: pairs of 89 points. Of more, the best sets of one less are extended."""
+LIKELY, MOST_LIKELY = 0.05, 6  #: Sets are told that are so probable against the best one, and this many.
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class Shares:
     single: float  #: For single observations, where pairs are tried as well.
     several: tuple[float, ...]  #: For pairs, triples, … that are tried where no smaller set stands out.
     rest: float  #: For the second test, of the observations that remain.
-    least_left: int = 1  #: So many numbers must be left for the second test.
+    least_left: int = 1  #: This many numbers must be left for the second test.
 
 
 POINTS, POINTS_UNSTATED = Shares(0.8, (0.4, 0.05), 0.05), Shares(0.8, (0.4, 0.05), 0.4, 4)
@@ -179,7 +179,7 @@ class PointRows:
         return len(self.rows)
 
     def floor(self, freedom: int) -> float:
-        """Sum of squares that a controller's last digit alone leaves in so many numbers."""
+        """Sum of squares that a controller's last digit alone leaves in this many numbers."""
         return self.rows.floor(freedom)
 
     def without(self, k: int, smaller: Sets | None) -> Sets:

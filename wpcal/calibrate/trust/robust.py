@@ -25,10 +25,10 @@ from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.pairs import PointPairs
 
 MOST_TRIPLES = 100
-"""So many random triples meet three good points with a probability above 1 - 1e-12 when a third of the points is
+"""This many random triples meet three good points with a probability above 1 - 1e-12 when a third of the points is
 wrong."""
 FIRST_STEPS, MOST_FINALISTS = 2, 10
-"""After so many steps only so many fits are refined further (Rousseeuw, Van Driessen 1999, FAST-LTS)."""
+"""After this many steps only this many fits are refined further (Rousseeuw, Van Driessen 1999, FAST-LTS)."""
 MOST_COMPARED = 40
 """Up to this many points, sets of points are left out in turn: 780 pairs. Beyond, a third of wrong points is found by
 three-point fits."""

@@ -17,7 +17,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.wording import listed
 
 MARGIN_MM = 1.0
-"""Beyond the predicted error, a face must be so far inside a stroke, and its border so far from the touched place."""
+"""Beyond the predicted error, a face must be this far inside a stroke, and its border this far from the touch."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

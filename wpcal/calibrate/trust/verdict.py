@@ -58,7 +58,7 @@ class VerdictKind(StrEnum):
 
 
 Suggest = Callable[[Sequence[float]], tuple[str, ...]]
-"""Says which features to touch next: the fewest that leave the share of the error that may be left after so many."""
+"""Says which features to touch next: the fewest that leave the share of the error that may be left after this many."""
 
 MOST_FURTHER = 4  #: Most features asked for at once: more would be touched in vain if one of the first was wrong.
 

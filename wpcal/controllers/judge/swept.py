@@ -106,7 +106,7 @@ def poses_along(
     """Return poses along lines and arcs with both ends, shapes (n, 4, 4).
 
     `starts`, `goals`, `vias`: shapes (m, 4, 4) twice and (m, 3); NaN for a line.
-    `step_mm`, `step_rad`, `least`: At most so far apart, and in at least so many steps, shape (m,).
+    `step_mm`, `step_rad`, `least`: At most this far apart, and in at least this many steps, shape (m,).
     """
     R = starts[:, :3, :3]
     turn = turns_between(R, goals[:, :3, :3])

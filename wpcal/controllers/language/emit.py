@@ -56,7 +56,7 @@ class WeldWriter(AirMoves):
         self.post = Post(self.format, program)
 
     def own_names(self, room: int) -> tuple[str, dict[str, str]]:
-        """Return the name of the program, and those of its seams, which leave room for so many characters."""
+        """Return the name of the program, and those of its seams, which leave room for this many characters."""
         main = safe_name(self.program.controller.program_name, self.names)
         rules = replace(self.names, keywords=f"{self.names.keywords} {main.lower()}")
         return main, safe_names([path.seam.name for path in self.program.paths], rules, room=room)

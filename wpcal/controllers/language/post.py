@@ -280,7 +280,7 @@ NO_LINE = "\0"
 
 
 def whole_template(language: str, name: str, names: Mapping[str, Any]) -> list[str]:
-    """Return the lines of a whole template beside the writer of a format; a list among the names is so many lines."""
+    """Return the lines of a template beside the writer of a format; a list among the names becomes as many lines."""
     package = _package(language)
     assert package is not None
     text = (package / f"{name}{ENDING}").read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ def rounded(values: ArrayLike, decimals: int) -> FloatArray:
 
 
 def texts(values: ArrayLike, decimals: int) -> list[list[str]]:
-    """Return the numbers of a table, shape (n, k), with so many decimals."""
+    """Return the numbers of a table, shape (n, k), with this many decimals."""
     return [[f"{value:.{decimals}f}" for value in row] for row in rounded(values, decimals).tolist()]
 
 

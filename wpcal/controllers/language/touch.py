@@ -197,7 +197,7 @@ class TouchWriter(AirMoves):
         return {name: self.post.sensing(on=on, signal=signal, enable=enable) for name, on in ways}
 
     def lines(self, template: str, **names: Any) -> list[str]:
-        """Return the lines of a whole template of this language; a list among the names is so many lines."""
+        """Return the lines of a whole template of this language; a list among the names becomes as many lines."""
         known = {
             "FOUND": FOUND,
             "MISSED": MISSED,

@@ -40,14 +40,14 @@ LEAST_STRETCH_MM = 0.02  #: A stretch of a move is not halved further: it counts
 BACK_MM = (0.0, 25.0, 50.0, 100.0, 200.0, 400.0)
 """How far back along the wire the torch goes before it goes up, the shortest free one."""
 NEAREST_MM = 5.0  #: The torch comes and goes this far along the wire at least.
-MOST_NEARER = 3  #: So many places on the wire's line that are free are tried until a way leads on from one.
+MOST_NEARER = 3  #: This many places on the wire's line that are free are tried until a way leads on from one.
 SIDES = 8  #: Directions in which the torch leaves the part's box if it cannot go up.
 WAYS = np.array([way for way in product(range(-3, 4), repeat=3) if max(map(abs, way)) == 3], dtype=np.float64)
 WAYS /= np.linalg.norm(WAYS, axis=1, keepdims=True)
 """Directions in which the torch leaves a narrow place, 15 degrees apart: straight up needs no room beside a wall."""
 ASIDE_MM = (0.0, 10.0, 20.0)  #: How far aside it goes there as near to the part as a weld is: a gap of 3 mm opens soon.
-MOST_ASIDE = 2  #: So many places aside are tried at each distance, those with the most room.
-MOST_OUT = 12  #: So many directions are tried from each place, of those that seem to be free.
+MOST_ASIDE = 2  #: This many places aside are tried at each distance, those with the most room.
+MOST_OUT = 12  #: This many directions are tried from each place, of those that seem to be free.
 LOOK_MM = (10.0, 20.0, 40.0, 80.0, 160.0, 320.0)  #: Where it is felt first whether a direction is free.
 LARGEST_TURN_RAD = math.radians(90.0)
 """A linear move with a larger turn gets poses in between: near 180 degrees controllers turn one way or the other."""
@@ -259,7 +259,7 @@ class _Search:
         return [(down, away) for _, down, away in found if isinstance(down, AirWay) and isinstance(away, AirWay)]
 
     def _rises(self, ends: Sequence[Ends], more_mm: float) -> Iterator[tuple[str, tuple[AirWay | str, AirWay | str]]]:
-        """Yield the ways, or why there are none, of the seams with a wire that is so much longer."""
+        """Yield the ways, or why there are none, of the seams with a wire that is this much longer."""
         own = [end for end in ends if end.seam.more_wire_mm == more_mm]
         search = replace(self, torch=replace(self.torch, more_wire_mm=more_mm))
         starts = search._starts(own)
@@ -374,7 +374,7 @@ class _Search:
         return np.asarray(p + max(self.height - float(p @ self.up), 0.0) * self.up, dtype=np.float64)
 
     def _is_outside_material(self, points: FloatArray, R: FloatArray, more_mm: float | None = None) -> bool:
-        """Tell whether nozzle and neck, and a wire that is so much longer, stay out of the material on a move."""
+        """Tell whether nozzle and neck, and a wire that is this much longer, stay out of the material on a move."""
         shape, wire = self.torch.shape.with_more_wire(more_mm or 0.0), wire_directions(R, self.torch.axis)
         nozzle_mm, mouth_mm = (own + self.part.deflection_mm for own in (shape.nozzle_radius_mm, shape.mouth_mm))
         wide = replace(shape, nozzle_radius_mm=nozzle_mm, mouth_radius_mm=shape.mouth_radius_mm and mouth_mm)

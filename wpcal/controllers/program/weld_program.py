@@ -68,7 +68,7 @@ class ControllerSettings:
     )
     zone_mm: float = opt(
         0.0,
-        "Between joint moves in the air of a plan the tool may leave a corner by so much, or less to be free; 0 stops, "
+        "Between joint moves in the air of a plan the tool may leave a corner by this, or less to be free; 0 stops, "
         "as the plan was made. Languages that bound no such zone stop.",
     )
     #: For languages that cannot leave the configuration open, by name of the format; "" is used for every other format.

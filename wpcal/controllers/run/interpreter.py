@@ -354,7 +354,7 @@ def matrix_of(values: Sequence[float]) -> Matrix:
 
 
 def numbers_of(T: Matrix, mm_decimals: int, deg_decimals: int) -> list[float]:
-    """Return X Y Z and angles about fixed x, y and z with so many digits."""
+    """Return X Y Z and angles about fixed x, y and z with this many digits."""
     at = [round(float(v), mm_decimals) + 0.0 for v in T[:3, 3]]
     return [*at, *(round(v, deg_decimals) + 0.0 for v in reversed(turns_of("ZYX", T)))]
 

@@ -181,7 +181,7 @@ class Run:
             raise StoppedError(message)
 
     def step(self, calls: int, file: str, line: int) -> None:
-        """Count an instruction in so many calls; `EndlessError` when there are too many."""
+        """Count an instruction in this many calls; `EndlessError` when there are too many."""
         self.steps += 1
         if self.steps > MOST_STEPS or calls > MOST_CALLS:
             what = f"{MOST_STEPS} instructions" if self.steps > MOST_STEPS else f"{MOST_CALLS} calls in one another"

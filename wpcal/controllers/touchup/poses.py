@@ -218,13 +218,13 @@ def common_motion(old: FloatArray, new: FloatArray) -> tuple[FloatArray, bool] |
     return None
 
 
-LEAST_SHARE = 1 / 3  #: Of all poses, that so many move together to the last digit is no accident.
+LEAST_SHARE = 1 / 3  #: Of all poses, that this many move together to the last digit is no accident.
 LEAST_POSES = 4  #: Fewer share nothing that means a frame.
 SAME_MM = 0.03
 """Positions within this are the same: programs round to 0.001 mm and 0.001°, at 1 m from the part's frame."""
 SAME_TURN = 5e-4  #: The same for the elements of rotations.
 ROUGHLY = 5.0  #: Times these, before a motion is fitted to many poses.
-ARM_MM = 300.0  #: The axes of a pose count as points so far from it when poses are aligned.
+ARM_MM = 300.0  #: The axes of a pose count as points this far from it when poses are aligned.
 
 
 def _agree(a: FloatArray, b: FloatArray, *, factor: float = 1.0) -> BoolArray:

@@ -133,7 +133,7 @@ def _offset(kind: str, offset: KindOffset) -> str:
 LEAST_PARTS = 3  #: Fewer parts show no habit.
 MOST_SHARE = 0.8  #: In at least this share of the parts where it could be.
 LEAST_MM = 0.2  #: What is smaller is left to the pendant.
-SURE = 3.0  #: A mean counts if it is so many of its standard errors.
+SURE = 3.0  #: A mean counts if it is this many of its standard errors.
 
 
 def earlier_touch_ups(folder: Path, *, must: bool = True) -> list[dict[str, Any]]:

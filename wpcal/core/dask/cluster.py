@@ -23,7 +23,7 @@ from wpcal.core.wording import shown
 CONNECT_S = 8.0  #: A scheduler answers within a fraction of a second.
 LOOK_S = 1.0  #: So often the command looks which workers there are.
 NO_WORKERS_S = 20.0
-"""So long the command waits while there is no worker: Dask starts one that ended again within a few seconds."""
+"""The command waits this long while there is no worker: Dask starts one that ended again within a few seconds."""
 END_S = 5.0  #: Within this time the connection is closed, or it is given up.
 _ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d{1,5}")
 _LOGGERS = ("distributed", "tornado", "asyncio")

@@ -189,7 +189,7 @@ class DriftPart(Record):
         "when: by the times of the jobs. list: not all jobs have a time; the order is that of the folders and their "
         "lists."
     )
-    centre_from_jobs: Number = D("So many first jobs give the centres.")
+    centre_from_jobs: Number = D("This many first jobs give the centres.")
     pose: Annotated[list[DriftPartPose], Meta(min_length=6, max_length=6)] = D(
         "Place of the middle of the touched points and turn of the part, both from the median pose, along the axes of "
         "base."

@@ -58,7 +58,7 @@ class Finding(Record):
 
 class Hiding(Open):
     solid: str = D("Name of the solid.")
-    length_mm: Positive = D("So much of the stretch would be free.")
+    length_mm: Positive = D("This much of the stretch would be free.")
     is_loose: bool = D("Whether the solid touches no other one: a fixture, or a part that is mounted later.")
 
 
@@ -243,7 +243,7 @@ class Seams(Record):
         "Gaps that several joints of the part have: the clearance with which it was designed, the most frequent first. "
         "Empty if --gap-mm was given."
     )
-    join_mm: Maybe[NotNegative] = D("A decision may join seams whose ends are at most so far from each other, mm.")
+    join_mm: Maybe[NotNegative] = D("A decision may join seams whose ends are at most this far from each other, mm.")
     members: Maybe[list[Member]] = D("What each solid of the part is taken for.")
     issues: Maybe[list[Issue]] = D("What is odd in the part's file (wpcal seams --json).")
     seams: list[Seam]

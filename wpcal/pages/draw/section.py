@@ -22,10 +22,10 @@ from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.seam import Seam, WeldType
 
 SIZE, MARGIN, TOP = 560.0, 24.0, 70.0  #: Pixels: side of the square drawing, and the room around it and above it.
-HALF_MM = (12.0, 60.0)  #: The drawing shows at least and at most so much to each side of the root.
-PLATES = 2.5  #: The drawing shows so many thicknesses of the thicker plate to each side.
+HALF_MM = (12.0, 60.0)  #: The drawing shows at least and at most this much to each side of the root.
+PLATES = 2.5  #: The drawing shows this many thicknesses of the thicker plate to each side.
 RAYS = 400  #: Rays in each of the two directions: 0.1 mm apart in a drawing of 40 mm.
-HATCH = 14  #: Every so many rays of one direction are drawn as hatching.
+HATCH = 14  #: Every this many rays of one direction are drawn as hatching.
 JOINED = 6.0  #: Places on one face are joined if they are not farther apart than this many distances of rays.
 COLOURS = ("#2471a3", "#1e8449", "#7d6608", "#6c3483")
 TORCH, WELD, TEXT = "#d68910", "#c0392b", "#2c3e50"

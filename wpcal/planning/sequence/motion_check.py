@@ -123,11 +123,11 @@ FIRST_STEP_MM = 150.0  #: Steps of the first round: most of a move is this far f
 LONG_STEP_MM = 800.0
 """The same where many moves are tried of which few are free: most are given up in the first round."""
 ROUND_OFF_MM = 1e-6  #: A move that was free and is divided at other places has a margin that is less by round-off.
-MOST_PARTS = 4  #: A step is divided into so many at once: fewer calls than by halving, hardly more states.
+MOST_PARTS = 4  #: A step is divided into this many at once: fewer calls than by halving, hardly more states.
 MOST_HALVINGS = 24  #: Of a triangle: its sides are then a thousandth of what they were.
 LEAST_FREE_MM = 0.25
 """A step is also proved with this free distance at both ends where the safety distances are smaller, as at a corner
-where the torch may touch the part: between two states it is in the part by so much at most."""
+where the torch may touch the part: between two states it is in the part by this much at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

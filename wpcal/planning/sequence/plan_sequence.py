@@ -43,7 +43,7 @@ from wpcal.planning.sequence.weld_sequence import (
 )
 
 ON_FLOOR_MM = 1.0
-"""A part that lies on the floor may be so far in it: corners of triangles, and touched points, are not exact."""
+"""A part that lies on the floor may be this far in it: corners of triangles, and touched points, are not exact."""
 STEP_RAD = math.radians(15.0)  #: Of the axes in which another home is looked for.
 
 

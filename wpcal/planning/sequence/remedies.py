@@ -34,7 +34,7 @@ FARTHER_MM = (150.0, 300.0, 500.0)
 RANGES_DEG = (25.0, 35.0, 45.0)  #: Changes that are tried, the smallest first.
 SIDES = 8  #: Directions in which the robot is moved.
 SLIMMER = (0.8, 0.6)
-"""Other torches that are tried: their bodies are so much thinner. The wire and the tool centre point stay."""
+"""Other torches that are tried: their bodies are this much thinner. The wire and the tool centre point stay."""
 FULL_TRIES = 2
 """Changes of one kind that are searched with all collisions: each takes as long as the search of a seam."""
 QUICK_AXES = 12  #: Positions of the external axes that are tried with a change: the most promising ones.

@@ -49,7 +49,7 @@ class SeamTask:
     speed_mm_s: float | None = None  #: The speed that the weld data ask for; None: that of all seams.
     rank: int = 1  #: All seams of a lower rank are welded first.
     more_wire_mm: float = 0.0  #: The tool centre point stays back by this from the seam.
-    wire_from_mm: float = NEAR_ROOT_MM  #: So far from the tip on the whole wire is compared with the part.
+    wire_from_mm: float = NEAR_ROOT_MM  #: This far from the tip on the whole wire is compared with the part.
     position: str | None = None  #: The weld position that the weld data are for.
 
     def __len__(self) -> int:

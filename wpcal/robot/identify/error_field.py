@@ -15,7 +15,7 @@ from wpcal.core.arrays import FloatArray
 
 LENGTHS_MM = np.geomspace(100.0, 2000.0, 14)
 RATIOS = np.concatenate([[0.0], np.geomspace(0.05, 50.0, 25)])  #: Variance of the smooth errors over that of the rest.
-MOST_POSES = 300  #: Of more poses so many are taken; more hardly say more about smooth errors.
+MOST_POSES = 300  #: Of more poses this many are taken; more hardly say more about smooth errors.
 LEAST_POSES = 8  #: Fewer poses tell no length.
 
 

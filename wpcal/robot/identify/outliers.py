@@ -35,7 +35,7 @@ LARGEST_SHARE = 0.1
 """At most this share of the poses is named; more of them are not outliers but another kind of noise."""
 LEAST_AS_FAR = 0.02
 """Poses are named together if each lowers the sum of squares by this share of the worst one, or by the share that the
-parameters have in the measured numbers: by so much a far pose bends the arm, which makes sound poses stand out."""
+parameters have in the measured numbers: by this much a far pose bends the arm, which makes sound poses stand out."""
 HUBER = 1.5
 """A named pose keeps its direction of pull but only the force of a residual of this many standard deviations: 95 % of
 the efficiency of least squares under normal noise, at a bounded influence (Huber 1964)."""

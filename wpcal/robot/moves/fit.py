@@ -43,7 +43,7 @@ LINES_ONLY = 4.0  #: Lines alone may also end within a step where the chord of t
 CHUNK = 200_000  #: Checked points in one array: some 50 MB.
 MOST_PAIRS = 100_000  #: Moves in one array: some 100 MB.
 FEW = 3  #: Points at which a move is tested first: most moves that leave the path do so there.
-FEW_NODES = 64  #: Up to so many, all moves between nodes are tested at once: 2000 in one array.
+FEW_NODES = 64  #: Up to this many, all moves between nodes are tested at once: 2000 in one array.
 MOST_SEARCHES = 13  #: Of a fit. Steps are divided in two before each but the first: half a turn into 0.04 deg.
 SOME = 15
 """Points at which the moves that are left are tested next. On a circle of n points nearly all n² / 4 arcs are left, and

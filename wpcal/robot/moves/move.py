@@ -43,7 +43,7 @@ class MovePath:
     #: asked for.
     off_mm: float = 0.0
     off_rad: float = 0.0
-    most_mm: float = 0.05  #: Largest distance that is allowed: a zone may leave a corner by so much.
+    most_mm: float = 0.05  #: Largest distance that is allowed: a zone may leave a corner by this much.
     _arrays: list[Moves] = field(default_factory=list, repr=False)
 
     def __len__(self) -> int:

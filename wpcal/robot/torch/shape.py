@@ -16,10 +16,10 @@ from wpcal.robot.moves.sweep import Reaching
 CHORD_DEG = 12.0
 """The bend of a neck is felt as straight tubes that turn by at most this: they are within 0.6 % of its radius."""
 WIRE_STEP_MM = 2.5  #: Steps in which a longer wire is tried: what an operator sets by eye.
-CONE_STEP_MM = 0.5  #: A cone that is felt as straight tubes is felt at most so much wider than it is.
-CORNERS = 64  #: Planners measure round pieces as prisms around them with so many sides.
-PRISM = 1.0 / math.cos(math.pi / CORNERS)  #: So much wider is a prism at its corners: 0.12 %.
-LONGER_WIRE_MM = 50.0  #: No wire welds that sticks out by so much more than usual: it glows and bends.
+CONE_STEP_MM = 0.5  #: A cone that is felt as straight tubes is felt at most this much wider than it is.
+CORNERS = 64  #: Planners measure round pieces as prisms around them with this many sides.
+PRISM = 1.0 / math.cos(math.pi / CORNERS)  #: This much wider is a prism at its corners: 0.12 %.
+LONGER_WIRE_MM = 50.0  #: No wire welds that sticks out by this much more than usual: it glows and bends.
 
 
 @dataclass(frozen=True, slots=True)

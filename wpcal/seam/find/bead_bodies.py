@@ -25,8 +25,8 @@ TOE_COS = -0.17  #: Cosine between the normals of the face of a bead and of a le
 NEAR_MM = 0.3  #: The legs of a bead are this near to members.
 LEAST_LEGS, MOST_LEGS = 0.4, 0.8  #: Shares of the surface that is on members: 0.59 of a flat bead with equal legs.
 MOST_ENDS = 0.15  #: Share of the surface on the two ends of a bead that is twice as long as it is wide.
-SLENDER = 1.5  #: A bead is so many times longer than it is wide.
-ROOT_MM = 0.05  #: The way out of a bead is felt from so far above its root.
+SLENDER = 1.5  #: A bead is this many times longer than it is wide.
+ROOT_MM = 0.05  #: The way out of a bead is felt from this far above its root.
 SHARPEST_COS = -0.8  #: Cosine between the outward normals of the two legs, at least: a wedge is thinner.
 
 

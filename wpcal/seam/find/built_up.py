@@ -31,19 +31,19 @@ THICKNESSES = 3
 whatever their walls: a bicycle frame has five."""
 SAME_THICKNESS = 0.02  #: Relative difference of thicknesses that are one.
 POINTS, POINTS_A_FACE = 600, 10
-"""Random points on the surface of a solid that are to be explained: at least so many, and so many for each face."""
+"""Random points on the surface of a solid that are to be explained: at least this many, and this many for each face."""
 LINES, ROUNDS = 500, 40  #: Random lines per round, and most rounds.
 TOGETHER = 100  #: Solids through which lines are sent together: some 50 MB.
 LOOKS = ((60, 0.35), (250, 0.15), (1200, 0.0))
-"""Points on the surface that are looked at. A share that is lower than `LEAST_BUILT_UP` by so much is the answer (more
-than 5 sigma); all of them are enough for 0.02."""
+"""Points on the surface that are looked at. A share this much below `LEAST_BUILT_UP` is the answer (more than
+5 sigma); all of them are enough for 0.02."""
 RIM_WAYS = 6
 """Directions along the surface in which the other faces of a plate are looked for from its rim, over half a turn."""
 ON_SURFACE = 0.5  #: A normal has the length 1; at the tip of a cone it has none.
 SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
 """Surfaces with an axis, about which a turned part may have them."""
-LEFT_ROUND = 0.7  #: Of the height of flats and keyways, so much is round yet.
+LEFT_ROUND = 0.7  #: Of the height of flats and keyways, this much is round yet.
 TURNED_SIN, TURNED_MM = 1e-6, 1e-3  #: Faces are round about one axis if their axes agree within this.
 
 
@@ -162,7 +162,7 @@ class _Lines:
     across: FloatArray = field(default_factory=lambda: np.zeros((0, RIM_WAYS)))
 
     def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> float:
-        """Return the share of `built_up_share` after so many hits on the counted faces."""
+        """Return the share of `built_up_share` after this many hits on the counted faces."""
         sent = self.send(graph, trimmed, counted, hits)
         rows = np.flatnonzero(counted[self.felt.face[: self.rounds[sent - 1]]])
         if len(rows) == 0:
@@ -186,7 +186,7 @@ class _Lines:
         return (plates + int(near.any(axis=(1, 2)).sum())) / len(rows)
 
     def send(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> int:
-        """Send lines until there are so many hits on the counted faces; return after how many rounds there are."""
+        """Send lines until there are this many hits on the counted faces; return after how many rounds that is."""
         for sent in range(1, ROUNDS + 1):
             if sent > len(self.rounds):
                 _send_round(graph, trimmed, [self])

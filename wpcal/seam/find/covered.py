@@ -25,7 +25,7 @@ LOOKS = ((8, 0.75), (200, 0.98))
 stands out by a tenth is told from a covered one with 200 points; a few points may be judged wrong."""
 LINES = 4  #: Random lines per point: most lines through the box of a thin solid miss it.
 BOX_MM = 0.1  #: A solid that stands out of another one by more is not inside it; boxes of round faces are not exact.
-NAMED = 3  #: So many solids are named in an issue.
+NAMED = 3  #: This many solids are named in an issue.
 
 
 def covered_by(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:

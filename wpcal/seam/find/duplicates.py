@@ -39,7 +39,7 @@ WORDS = (JointType.TEE, JointType.LAP, JointType.CORNER, JointType.BUTT, JointTy
 """The joint words; where two descriptions of one weld differ, the earlier one is taken, so equal joints have equal
 words."""
 ROUND_DIGITS = 6
-"""Gaps, mm, are compared after rounding to so many digits: otherwise round-off decides between equal ones."""
+"""Gaps, mm, are compared after rounding to this many digits: otherwise round-off decides between equal ones."""
 CHUNK = 200_000  #: Points compared with segments in one array: some 50 MB.
 
 

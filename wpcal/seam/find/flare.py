@@ -43,7 +43,7 @@ LEAST_SHARE = 0.5
 that falls into a tube still lies in the corners of the tube."""
 MOST_BALL_MM = 3.0
 """Where a nozzle has no room, the wire ends farther out, in a ball of at most this radius: a bead bridges 6 mm."""
-THIN_STEPS = 8  #: Balls thinner than the wire are tried in so many steps: 0.525 mm, 0.45 mm, ….
+THIN_STEPS = 8  #: Balls thinner than the wire are tried in this many steps: 0.525 mm, 0.45 mm, ….
 INSIDE_SHARE = 0.99
 """A ball that just fits between two faces is made smaller by 1 %, so that it stays inside their borders."""
 TILT_SIN = 0.02

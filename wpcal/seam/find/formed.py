@@ -21,9 +21,9 @@ MOULDED_MM = 3.0  #: Walls of moulded cases are up to this thick.
 CUT, CUT_COS = 0.5, 0.9
 """A wall that was cut is thinner than this share of its width; the corners of the cut are square to it within 25
 degrees."""
-FOLDS = 3  #: Along so many edges that meet, no sheet is folded.
+FOLDS = 3  #: Along this many edges that meet, no sheet is folded.
 BEND_STEP_MM = 0.5  #: Distance from an edge, and beyond an outer corner, at which the material is felt.
-FULL = 0.35  #: A bend is full from so far inside its outer corner on, which may be round; a prepared groove is deeper.
+FULL = 0.35  #: A bend is full from this far inside its outer corner on, which may be round; a groove is deeper.
 BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
 """Where the sides of a tube are felt: beyond the end of its inner corner, in thicknesses; the tube may have rounds."""
 ARC_RAD = 1e-3  #: Arcs are a quarter or a whole circle within this.

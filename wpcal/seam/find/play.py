@@ -19,7 +19,7 @@ from wpcal.seam.find.facing import FacingFaces, find_facing
 from wpcal.seam.options import Play, SeamOptions
 
 MOST_PLAY_MM = 1.0  #: A wider clearance is not play: fillets bridge gaps of up to 1 mm without a larger leg.
-LEAST_JOINTS = 3  #: So many joints have the gap: two equal gaps may be chance, or the two sides of one member.
+LEAST_JOINTS = 3  #: This many joints have the gap: two equal gaps may be chance, or the two sides of one member.
 SAME_PLAY_MM, SAME_PLAY_SHARE = 0.02, 0.05
 """Gaps are the same within this: round-off of drawn dimensions, and fits of different diameters."""
 

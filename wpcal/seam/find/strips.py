@@ -38,7 +38,7 @@ WALL, WALL_COS, AS_FAR = 4.0, 0.98, 0.9
 for this share of the way to its root."""
 BEND_SHARE, BEND_RADII = 0.15, (0.5, 0.6)
 """The wall of a bend is thicker than the sheet beside it by up to this share: its outer round is not always drawn about
-the axis of the inner one. The inner and the outer radius are at least so many thicknesses: a bead has another one."""
+the axis of the inner one. The inner and the outer radius are at least this many thicknesses: a bead has another one."""
 SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 
 
@@ -98,7 +98,7 @@ def drawn_beads(graph: BrepGraph, strips: list[Strip]) -> BoolArray:
 
 
 def _between_two(graph: BrepGraph, edges: IntArray, min_length_mm: float, *, is_bead: bool = False) -> list[Strip]:
-    """Return the faces that have two others beside them along some edges, for at least so long."""
+    """Return the faces that have two others beside them along some edges, for at least this length."""
     lengths = edge_lengths(graph)
     beside: dict[int, dict[int, list[int]]] = {}
     for edge, (one, other) in zip(edges.tolist(), graph.edge_faces[edges].tolist(), strict=True):

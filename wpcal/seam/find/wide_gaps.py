@@ -31,7 +31,7 @@ SAMPLES = np.linspace(0.0, 1.0, 65)
 """Points of what has been found: on a circle of 500 mm radius it is 0.6 mm from its chords."""
 
 SAME_WAY_COS = 0.9  #: Cosine between the directions of one gap (26 degrees).
-LEAST_GAPS = 4.0  #: A solid smaller than so many gaps in all directions has a gap to all that is near.
+LEAST_GAPS = 4.0  #: A solid smaller than this many gaps in all directions has a gap to all that is near.
 DEPTHS = (1.0, 2.0, 4.0)  #: How many gaps deep another solid is looked for in a gap.
 
 

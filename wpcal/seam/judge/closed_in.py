@@ -21,7 +21,7 @@ OPPOSED = -0.9998
 """Faces are in contact if the cosine between their outward normals is below this: within one degree, as `INTO`.
 Beside the line in which a ring of wire touches a pipe, its face is near and slants: it does not hold."""
 ALIKE = 0.12  #: Of normals that agree within this, one is taken: every 7 degrees.
-MOST_NORMALS = 80  #: Of more different normals (a sphere in a bowl) only so many are compared, spread evenly.
+MOST_NORMALS = 80  #: Of more different normals (a sphere in a bowl) only this many are compared, spread evenly.
 INTO = -0.02  #: A move is forbidden if it runs into a contact by more than this cosine: one degree.
 FLAT = 1e-3  #: Normals in one plane, or on one line, leave a direction free: their least singular value is below this.
 

@@ -42,7 +42,7 @@ INSIDE = frozenset({SeamSource.CONCAVE, SeamSource.BEAD, SeamSource.DRAWN})  #: 
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})  #: Candidates that join two solids.
 FELT_GAP = 0.1  #: Gaps below this fraction of the allowed gap do not lower the score.
 AROUND = 0.1  #: A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees).
-MOSTLY_ROLLED = 0.9  #: A seam is the root of a rolled profile if so much of its length is.
+MOSTLY_ROLLED = 0.9  #: A seam is the root of a rolled profile if this much of its length is.
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
 WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"  #: How the reason about a longer wire goes on.

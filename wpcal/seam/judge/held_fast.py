@@ -19,7 +19,7 @@ from wpcal.seam.find.built_up import ROUND_KINDS, is_turned
 
 SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3  #: Axes nearer and more parallel than this are one.
 THICKEST_GASKET_MM, FEWEST_BOLTS = 5.0, 3
-"""Gaskets, and raised faces of flanges, are at most so thick; a flange has at least so many bolts."""
+"""Gaskets, and raised faces of flanges, are at most this thick; a flange has at least this many bolts."""
 SHOULDER_MM = 0.5  #: A shoulder stands out by more than this: a thread or a press fit is less.
 SAME_WIDTH = 0.05  #: Rings end together if their ends are this near, in widths: the shield of a bearing is set back.
 

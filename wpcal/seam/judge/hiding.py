@@ -14,7 +14,7 @@ from wpcal.seam.options import Reach
 from wpcal.seam.seam import Hiding, Seam
 
 MOST_ASKED, MOST_SOLIDS = 10, 3
-"""So many stretches are asked for, the longest ones, and so many solids at each: most parts have one or two such."""
+"""This many stretches are asked for, the longest ones, and this many solids at each: most parts have one or two."""
 DIGITS = 6  #: Of a length, mm: seams of copies are equally long but for round-off, which would choose among them.
 LOOSE_MM = 1.0  #: A solid with no other solid within this, by the boxes of faces, touches nothing.
 LEAST_FREED_MM = 1.0  #: Less is not worth telling.

@@ -40,9 +40,9 @@ SPIN_SHARE = 0.1
 STEP_MM = 1.0  #: Step of dense stations: where a free stretch begins or ends is known to this.
 HALF = 0.5 - 1e-9  #: Of the way between two stations; less round-off.
 MEETS = 1e3  #: Cost of a change that meets a solid, rad: more than all leans of a seam together.
-CHANGE_MM = 40.0  #: Where a change of lean meets a solid, other changes are looked for so far before and after.
-WINDOWS = 4  #: So many places are tried at which a lean may change evenly, the nearest to its change first.
-ROUND_OFF_MM = 1e-6  #: A change may need so much more than it has.
+CHANGE_MM = 40.0  #: Where a change of lean meets a solid, other changes are looked for this far before and after.
+WINDOWS = 4  #: This many places are tried at which a lean may change evenly, the nearest to its change first.
+ROUND_OFF_MM = 1e-6  #: A change may need this much more than it has.
 ROUNDS = 6  #: So often other changes are chosen for those that meet a solid.
 
 
@@ -63,7 +63,7 @@ class Leans:
     """The poses of a torch that are tried at a station: every lean with every spin, by rows."""
 
     rad: FloatArray  #: shape (k, 2). Work and travel angles, the smallest first.
-    #: So many leans are straight or tilted one way, by 20 degrees at most. The others are for the ends of a seam: what
+    #: This many leans are straight or tilted one way, by 20 degrees at most. Others are for the ends of a seam: what
     #: is reached only with them from end to end is behind something.
     small: int
     spin_rad: FloatArray  #: shape (j,). Turns about the wire, the smallest first; only 0 for a torch without a neck.
@@ -231,7 +231,7 @@ def _feel(
 
 
 def _repeated(own: FeltPoses, count: int) -> FeltPoses:
-    """Return all poses so many times, one after the other; each time they belong to other owners, ascending."""
+    """Return all poses this many times, one after the other; each time they belong to other owners, ascending."""
     n = len(own)
     owner = np.add.outer(np.arange(count) * (own.owner[-1] + 1), own.owner).ravel() if n else own.owner
     return replace(own.select(np.tile(np.arange(n), count)), owner=owner)
@@ -353,7 +353,7 @@ class _Steps:
         return lean, spin, after
 
     def change_evenly(self, chosen: IntArray) -> None:
-        """Spread changes of pose that are too fast over so much of a seam as they need, where the torch is free there.
+        """Spread changes of pose that are too fast over as much of a seam as they need, where the torch is free there.
 
         `chosen` is changed: between the first and the last station of a change the poses are new ones. All seams are
         felt together, each with the way that it asks for.
@@ -530,7 +530,7 @@ class _Steps:
 
 
 def at_stations(seam: Seam, rows: IntArray, most: int) -> Seam:
-    """Return a seam with few of its frames: at most so many of `rows` (integers, shape (k,)), evenly."""
+    """Return a seam with few of its frames: at most this many of `rows` (integers, shape (k,)), evenly."""
     few = rows[np.unique(np.linspace(0, len(rows) - 1, min(most, len(rows)) + 2).round().astype(int)[1:-1])]
     return replace(seam, frames=seam.frames.select(few))
 

@@ -17,10 +17,10 @@ from wpcal.seam.options import Reach
 from wpcal.seam.seam import OtherTorch, Seam
 
 FEW = (1, 4, 12)
-"""A torch is felt at so many stations first: what is behind something is out of reach for most torches. On its way to
+"""A torch is felt at this many stations first: what is behind something is out of reach for most torches. On its way to
 the ends, which takes the longest, it is felt only with the whole stretch."""
 MOST_ASKED = 20
-"""So many stretches are asked for, the longest ones: feeling bent necks takes 30 ms for each, and one torch is advised
+"""This many stretches are asked for, the longest ones: feeling bent necks takes 30 ms each, and one torch is advised
 for a part, not one for each of 500 stretches inside a box. `--explain` asks for any one."""
 
 

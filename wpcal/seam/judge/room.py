@@ -30,7 +30,7 @@ class RoomyMaterial(TriangleMaterial):
     low: FloatArray  #: shape (3,). The least corner of the box around the triangles, mm.
     high: FloatArray  #: shape (3,).
     cell_mm: float
-    free_mm: FloatArray  #: shape (x, y, z). At least so far is every point of a cell from every triangle.
+    free_mm: FloatArray  #: shape (x, y, z). At least this far is every point of a cell from every triangle.
 
     def tube_solids(
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: Radius

@@ -22,9 +22,9 @@ from wpcal.robot.torch.shape import Tube
 from wpcal.seam.judge.material import Necks, place_tube
 
 FEWEST, APART_MM = 16, 9.0  #: Lines on the surface of a piece, and how far apart they are at most.
-ROUND_OFF_MM = 1e-6  #: Pieces of edges are compared with so much wider tubes before they are measured.
+ROUND_OFF_MM = 1e-6  #: Pieces of edges are compared with this much wider tubes before they are measured.
 ROUND_MM = 0.5
-"""The lines are so much wider than the piece: a round part of radius r reaches in between two of them by a² / 8r."""
+"""The lines are this much wider than the piece: a round part of radius r reaches in between two of them by a² / 8r."""
 
 
 def bend_directions(back: FloatArray, R: FloatArray, spin_rad: FloatArray) -> FloatArray:

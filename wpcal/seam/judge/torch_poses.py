@@ -29,7 +29,7 @@ AROUND = 16
 CHUNK = 2000  #: Poses handled in one array: some 50 MB.
 POCKET_WIDTHS = 4  #: Directions across the wire in which a pocket is measured: every 45 degrees around it.
 POCKET_STEP_MM = 2.0
-"""Lines at which the width of a pocket is measured are so far apart: a wall around the wire is rarely thinner."""
+"""Lines at which the width of a pocket is measured are this far apart: a wall around the wire is rarely thinner."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

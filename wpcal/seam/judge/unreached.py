@@ -28,7 +28,7 @@ FEW = 5  #: Stations at which a longer wire is tried first.
 NO_WAY_OUT = "no way as wide as the nozzle leads from there out of the part"
 ROUNDS = 3
 """A stretch gets frames of its own, which differ a little from those at which it was felt, so it is felt again. What is
-still not free after so many rounds is refused."""
+still not free after this many rounds is refused."""
 
 
 def cut_where_unreached(

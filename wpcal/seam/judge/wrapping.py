@@ -37,7 +37,7 @@ from wpcal.seam.seam import Seam, SeamPieces, WeldType
 MOST_TURN_RAD = float(np.radians(150.0))
 """Largest turn at one corner: a sharper one leads back beside the seam, on the other side of a thin plate."""
 SAME_PLANE_COS = 0.99  #: Cosine between the torch axes of grooves in one plane (8 degrees).
-ROUNDS = 4  #: Corners that the torch does not get round are left open, and the rest is tried again, so many times.
+ROUNDS = 4  #: Corners that the torch does not get round are left open, and the rest is tried again, this many times.
 
 Link = tuple[int, int]
 """Two ends that meet: 2 i is the start of the seam in row i, 2 i + 1 its end. The smaller number first."""

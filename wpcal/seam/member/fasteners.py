@@ -33,14 +33,14 @@ RING_WIDTH, RING_HEIGHT = 1.75, 1.5
 """Largest radius and height of a ring, in bores: a nut has radius 1, a large washer 1.5; a nut is 0.8 high, a lock nut
 1.2."""
 HEXAGON, HEXAGON_SHARE, MOST_FLATS_MM = 6, 0.02, 46.0
-"""A head or a nut that was drawn in one body with its plate has so many sides, equal within this share, and is so wide
-across flats at most (M30)."""
+"""A head or a nut that was drawn in one body with its plate has this many sides, equal within this share, and is this
+wide across flats at most (M30)."""
 SHANK_SHARE = (0.28, 0.4)  #: Radius of a bolt over its width across flats.
 LARGEST_SCREW_MM, MOST_PLATE = 8.0, 4.0
 """A screw with a round head that was drawn in one body with its plate has a shank up to this radius (M16), and a plate
-up to so many of these thick."""
+up to this many of these thick."""
 MOST_HEAD_RATIO, MOST_HEAD = 2.3, 2.2
-"""Such a head is no wider and no higher than so many radii of its shank: that of a socket screw is 2 high. Nothing
+"""Such a head is no wider and no higher than this many radii of its shank: that of a socket screw is 2 high. Nothing
 tells that it is a piece of its own, so less is allowed than of a body."""
 
 

@@ -26,7 +26,7 @@ SPREAD = 3.0  #: A body is a frame if its box is wider than this, in widths of i
 SLAB_MM, SLAB_MM2 = 20.0, 0.25e6
 """A slab is thicker and larger than this: as steel it would weigh 39 kg. Foot plates and table tops of steel are
 thinner or smaller."""
-LEAST_SHARE = 0.1  #: A thickness counts if so much of the plane surface has it or less: not a notch or a chamfer.
+LEAST_SHARE = 0.1  #: A thickness counts if this much of the plane surface has it or less: not a notch or a chamfer.
 ACROSS_COS = 0.3  #: Faces are across to each other within 17 degrees of square.
 
 

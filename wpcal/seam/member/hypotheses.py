@@ -30,13 +30,13 @@ from wpcal.seam.member.sections import NARROWEST, THIN_SECTION, roots_of, stock_
 ON_RIM_MM = 0.5  #: The outline of a plate goes from side to side, but for broken edges.
 SOLID_SHARE = 0.5  #: At least this share of the two faces of a plate has its thickness behind it.
 MOST_COVERED = 1  #: Sides of a tube of which nothing shows how thick its wall is.
-SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
+SLENDER = 2.0  #: A profile with sharp roots is this many times longer than it is high, or the whole solid.
 BEVEL_COS, BEVELLED = -0.985, 0.25
-"""The sides of a bevelled plate are within 10 degrees of opposite, and its thickness changes by so much."""
-OVERHANGS = 0.8  #: Sides of a tube do not go on beyond each other for so much of its length.
+"""The sides of a bevelled plate are within 10 degrees of opposite, and its thickness changes by this much."""
+OVERHANGS = 0.8  #: Sides of a tube do not go on beyond each other for this much of its length.
 LUG = 0.5  #: A lug is thinner than this share of its width.
-LEAST_OF_SIDE = 0.05  #: Behind so much of the side of a lug there is its thickness.
-WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
+LEAST_OF_SIDE = 0.05  #: Behind this much of the side of a lug there is its thickness.
+WHOLE = 0.97  #: A member that explains this much of the surface is the whole solid.
 WIDEST_RIM = 1.5  #: A round outline of a formed sheet is narrower than this, in thicknesses: it may be cut aslant.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
 

@@ -26,7 +26,7 @@ from wpcal.seam.member.words import DENSITY_KG_M3, Kind
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam
 
-LEAST_SHARE = 0.5  #: Of a solid that looks made in one piece, members explain so much if they are listed.
+LEAST_SHARE = 0.5  #: Of a solid that looks made in one piece, members explain this much if they are listed.
 MOST_SHARED = 0.5  #: What has more of its surface on a larger member is a part of that, as the wall of a tube.
 BOUGHT = {rule.key for rule in (Rule.FASTENER, Rule.STANDARD_PART, Rule.NAMED_PART)}
 """Findings about what is bought, as a fastener or a bearing is: it is not taken apart."""

@@ -26,7 +26,7 @@ than this share of its height."""
 DRAWN_SOLID_MM = 150.0  #: Plates are sold up to this thickness; what is thicker was a box, and was drawn solid.
 THICKEST_BAR_MM = 250.0  #: Bars are rolled, and boards are cut, up to this thickness.
 SMALL_MM, SMALL_THICK_MM, MANY_SMALL, SMALL_SHARE = 18.0, 3.5, 3, 0.2
-"""A case has so many ribs, and more than this share of its members, that are smaller (root of the area; of a bar, its
+"""A case has this many ribs, and more than this share of its members, that are smaller (root of the area; of a bar, its
 length) and thinner: 20 weldments have one each at most. Tabs of plate may be as small, but are thicker."""
 ONE_WALL = 0.1  #: Walls of a moulded tray differ by less than this share; sheets are sold in larger steps.
 THINNEST_MM = 1.2  #: An arc burns through sheet that is thinner than the usual wire.

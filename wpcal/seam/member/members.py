@@ -17,8 +17,8 @@ from wpcal.seam.member.hypotheses import find_hypotheses
 from wpcal.seam.member.member import COST, Decomposition, Member, MemberKind
 
 COST_ROOT = 0.02  #: Of two that explain as much, the one with fewer inner corners is taken.
-COST_UNEXPLAINED = 0.6  #: A face of which nothing is explained costs as much as so many members.
-COST_SURFACE = 20.0  #: The whole surface, unexplained, costs as much as so many members.
+COST_UNEXPLAINED = 0.6  #: A face of which nothing is explained costs as much as this many members.
+COST_SURFACE = 20.0  #: The whole surface, unexplained, costs as much as this many members.
 LEAST_OF_FACE = 0.8  #: A member explains a face if it explains more than this share of it.
 MOST_HYPOTHESES = 400  #: Of a solid; the largest are kept.
 

@@ -38,23 +38,23 @@ from wpcal.seam.member.hypotheses import lugs_of
 from wpcal.seam.member.member import ON_COS, ON_MM, MemberKind
 from wpcal.seam.member.members import members_of
 
-LEAST_EXPLAINED = 0.94  #: Members explain so much of the surface of a weldment, if thicknesses alone do not tell.
+LEAST_EXPLAINED = 0.94  #: Members explain this much of the surface of a weldment, if thicknesses alone do not tell.
 LEAST_BETWEEN, LEAST_PARTLY_MM = 0.25, 350.0
-"""A solid that members explain in part was welded if so much of its inner corners is between slender members, and its
+"""A solid that members explain in part was welded if this much of its inner corners is between slender members, and its
 diagonal is longer: pumps and gear cases that nobody welds have up to 332 mm."""
 LEAST_TOUCHED = 0.75
-"""Of a solid of several members that touches others, at least so much of the surface is on plates, bars and tubes; what
-is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
+"""Of a solid of several members that touches others, at least this much of the surface is on plates, bars and tubes;
+what is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
 COMPACT_MM, UNEXPLAINED, LOOSE = 115.0, 1300.0, 16.0
 """A solid of a shorter diagonal was made as one piece. The length grows with the root of 1, plus the second times the
 share of the surface that no member explains times the share on no plate, bar or tube of few thicknesses, plus the third
 times the share of inner corners that are neither between two members nor inside one. Fitted to 140 bodies of weldments
 and 240 that nobody welds (`docs/benchmark.md`)."""
-MANY_WALLS = 8  #: So many thin walls of one thickness, round corners among them, were moulded.
+MANY_WALLS = 8  #: This many thin walls of one thickness, round corners among them, were moulded.
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
-"""So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
+"""This many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
 MOST_TOLD = 3  #: Most solids that are told of.
 LEAST_FLOOR = 0.05  #: The floor of a pocket is at least this share of the surface of a solid: others are seats.
 OFF_BEND = 0.6  #: The two rounds of a bend have one axis, within this share of the inner radius.

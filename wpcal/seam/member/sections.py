@@ -12,15 +12,15 @@ from wpcal.seam.member.prisms import Contour, Prism
 THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height.
 NARROWEST = 2.0  #: What is on average thicker than this, in its widths, was not cut from plate: bars on edge.
 COPED = 0.6  #: The web alone goes on by less than this share of the length: the flanges are coped.
-MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds so many seams along one member.
+MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds this many seams along one member.
 FOUR_WAYS, FOUR_WAYS_COS = (-1.0, 0.0, 0.0, 1.0), 0.2
 """Cosines, ascending, between one of four roots of an I section and all of them; its flanges may be inclined."""
 SMALLEST_PROFILE_MM, THICKEST_PROFILE_MM = 10.0, 40.0
 """The smallest angle that is sold is so high, and the heaviest I section has flanges of so much."""
 BOX_MM, BOX_WALL = 150.0, 0.1
-"""Hollow sections with sharp corners that are so wide, shorter than wide, and whose wall is thinner than this share of
-the shorter side, are boxes of plates."""
-STOUT_MM = (20.0, 100.0)  #: A stout piece of bar is a member if it is so long, at most so thick, and the whole solid.
+"""Hollow sections with sharp corners that are this wide, shorter than wide, and whose wall is thinner than this share
+of the shorter side, are boxes of plates."""
+STOUT_MM = (20.0, 100.0)  #: A stout piece of bar is a member if it is this long, at most this thick, and whole.
 
 
 def stock_of(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:

@@ -41,7 +41,7 @@ CHUNK = 4000  #: Sets judged at once: some tens of megabytes.
 FLAT = 1e-8  #: A set leaves a motion free if the reciprocal condition of its scaled information is below this.
 RIDGE = 1e-13  #: Share of the information's trace that is added, so that every set has an inverse.
 TESTED_FROM = 8
-"""From so many touches on, a wrong one shall leave a residual, whichever it is: six hold the part, two test them."""
+"""From this many touches on, a wrong one shall leave a residual, whichever it is: six hold the part, two test them."""
 TESTED = 2.0 * LEAST_REDUNDANCY
 """A touch counts as tested if it keeps this share of its error: the part is not quite where it is planned."""
 UNTESTED_FACTOR = 1.0  #: A set with a touch that nothing tests counts as one with twice its error.

@@ -20,7 +20,7 @@ from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 from wpcal.touch.plan.options import NominalError, TouchOptions, displacement_mm
 from wpcal.touch.plan.part import PartPlace
 
-BORDER_MM = 3.0  #: A touch stays so much farther from the border of its face than the part may be displaced.
+BORDER_MM = 3.0  #: A touch stays this much farther from the border of its face than the part may be displaced.
 LEAST_FACE_MM = 4.0
 """No face whose box is shorter than this along its longest side is touched: rounds, chamfers, screws."""
 ANGLES = np.radians([0.0, 35.0, 60.0, 85.0])

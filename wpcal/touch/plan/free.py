@@ -22,15 +22,15 @@ from wpcal.touch.plan.contacts import BORDER_MM, TouchPlaces, surface_labels
 from wpcal.touch.plan.options import TouchOptions
 
 MARGIN_MM = 3.0
-"""A search begins and ends so much beyond the displacement of the part: what the uncertainty did not foresee."""
+"""A search begins and ends this much beyond the displacement of the part: what the uncertainty did not foresee."""
 LEAST_GAP_MM = 0.5
 """Least room between the wire and a displaced part at the start, and before the next body behind the face."""
-GUARD_MM = 1.0  #: Other faces must be so much farther than the touched one: a turned part changes which is first.
-FLOOR_MM = 1.0  #: The tip stays so much above the lowest level of the displaced part: something carries the part there.
+GUARD_MM = 1.0  #: Other faces must be this much farther than the touched one: a turned part changes which is first.
+FLOOR_MM = 1.0  #: The tip stays this much above the lowest level of the displaced part: the part stands on something.
 APPROACH_MM = 30.0  #: From the start back along the wire to where the robot comes through the air.
 RISE_STEP_MM = 12.0
 """On its way up the torch is compared with the part at this distance, and its wire is felt as thick as this."""
-SAFE_MM = 20.0  #: The tip crosses the part so much above its displaced top.
+SAFE_MM = 20.0  #: The tip crosses the part this much above its displaced top.
 SPINS = 8  #: Turns of a bent neck about the wire that are tried.
 BIN_MM = 2.0  #: Displacements are rounded up to this, so that many poses are compared at once.
 

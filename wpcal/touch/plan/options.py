@@ -163,11 +163,11 @@ class TouchOptions:
             raise InputError(f"the wire: expected a diameter above 0 and below the nozzle's, got {self.wire_mm:g} mm")
 
     def count(self, bodies: int = 1) -> int:
-        """Return how many searches a part of so many bodies gets; with a tolerance, how many at least."""
+        """Return how many searches a part of this many bodies gets; with a tolerance, how many at least."""
         if self.touches is not None:
             return self.touches
         return LEAST_TOUCHES if self.tolerance_mm is not None and bodies > 1 else self.usual(bodies)
 
     def usual(self, bodies: int) -> int:
-        """Return how many searches a part of so many bodies gets if nothing is said."""
+        """Return how many searches a part of this many bodies gets if nothing is said."""
         return min((self.pattern.touches or USUAL_TOUCHES) + TOUCHES_PER_BODY * (bodies - 1), MOST_TOUCHES)

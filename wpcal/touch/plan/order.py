@@ -24,7 +24,7 @@ from wpcal.touch.plan.free import BIN_MM, torch_keeps_away
 STEP_MM = 10.0  #: Places on a straight way are this far apart; the torch is felt wider by half of it.
 STEP_RAD = math.radians(6.0)  #: And the torch turns by at most this between them.
 MOST_EXACT = 11  #: Orders of up to this many searches are all compared (by subsets); of more, stretches are reversed.
-LEVELS_MM = (0.0, 60.0, 150.0)  #: If the torch is not free on the safe level, it is tried so much higher.
+LEVELS_MM = (0.0, 60.0, 150.0)  #: If the torch is not free on the safe level, it is tried this much higher.
 NOT_FIRST = 1e12  #: What an order costs that begins elsewhere than it has to.
 TURN_MM_PER_RAD = 100.0  #: A turn of the torch is weighed like this way.
 

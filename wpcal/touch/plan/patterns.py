@@ -17,7 +17,7 @@ SAME_SIDE_COS = 0.97  #: Faces within 14 degrees are one side of the part.
 ACROSS_COS = 0.5  #: Two sides of a pattern are 60 degrees or more apart.
 MOST_SIDES = 6  #: Sides that are tried, those with the most places to touch: six of a box.
 MOST_PER_SIDE = 40  #: Touches of a side, far from one another: all choices of three sides are tried.
-PLACE_MM = 120.0  #: Touches of one place of the three-point pattern are at most so far apart.
+PLACE_MM = 120.0  #: Touches of one place of the three-point pattern are at most this far apart.
 MOST_PARTNERS = 3  #: For each touch of a place so many of the other sides are tried, the nearest.
 
 

@@ -37,7 +37,7 @@ MOST_TURN_RAD = math.radians(40.0)
 MOST_RISE_RAD = math.radians(90.0)
 """No joint turns by more between an approach and the place above it: that would be another branch."""
 ALONG = (0.0, 1 / 3, 2 / 3, 1.0)  #: Places on a straight way at which the bodies are measured: 10 mm apart.
-TRIED = 6  #: Of the ways to hold the tool so many are compared with the bodies, those nearest to home.
+TRIED = 6  #: Of the ways to hold the tool this many are compared with the bodies, those nearest to home.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

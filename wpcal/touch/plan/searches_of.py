@@ -18,7 +18,7 @@ from wpcal.touch.searches import Contact, Search, SearchKind
 ROUND = ("cylinder", "hole")
 SAME_AXIS_MM = 0.01  #: A wall belongs to the hole whose axis is this near to its own.
 POST_ROOM_MM = 10.0
-"""The search on the post begins and ends so far from it: more than the wire is ever too long or too short."""
+"""The search on the post begins and ends this far from it: more than the wire is ever too long or too short."""
 
 
 def stick_out_sigma_mm(options: TouchOptions) -> float:

@@ -85,7 +85,7 @@ class TouchSetup:
     approach_speed_mm_s: float = 30.0
     air_speed_mm_s: float = 100.0
     hold_s: float = 0.1  #: Wait after contact, before the robot leaves.
-    #: After so many searches without a touch the program ends: the part is elsewhere, or the wire has no voltage.
+    #: After this many searches without a touch the program ends: the part is elsewhere, or the wire has no voltage.
     most_misses: int = 2
     #: `latency_s`, `latency_sigma_s`: From contact to the place that the controller stores: a systematic error of
     #: latency × speed along the direction, and its uncertainty.

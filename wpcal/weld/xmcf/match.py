@@ -16,7 +16,7 @@ from wpcal.weld.values import PREPARATIONS, WeldKind, plain
 from wpcal.weld.xmcf.read import WeldSide, XmcfSeam
 
 NEAR_MM = 2.0
-"""A seam is at a weld of a file if all its points are at most so far from its line, or the thickest sheet if that is
+"""A seam is at a weld of a file if all its points are at most this far from its line, or the thickest sheet if that is
 more: a file for finite elements has its lines in the middle of the sheets."""
 KINDS = {
     "butt_joint": WeldKind.SQUARE,

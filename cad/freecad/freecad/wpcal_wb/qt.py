@@ -40,7 +40,7 @@ def number_of(flag: Any) -> int:
 
 
 def wait_until(is_done: Callable[[], bool], seconds: float) -> bool:
-    """Let Qt work until something is done, at most so long; return whether it is done. For scripts and tests."""
+    """Let Qt work until something is done, at most this long; return whether it is done. For scripts and tests."""
     application()
     loop = QtCore.QEventLoop()
     clock = QtCore.QTimer()

@@ -12,7 +12,7 @@ from .kinds import is_ours
 
 AROUND = 0.02  #: Points beside a picked one on an edge, as a share of the edge: near enough to be on the same seam.
 MARKER_PX = 6  #: A click so near to the middle of a marker is meant for it: a marker has 7 pixels.
-MOST_NEAR = 8  #: So many features around a click are looked at. One far behind it can be at the same pixel.
+MOST_NEAR = 8  #: This many features around a click are looked at. One far behind it can be at the same pixel.
 
 
 class Pick(NamedTuple):

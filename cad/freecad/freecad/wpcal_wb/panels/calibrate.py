@@ -27,7 +27,7 @@ from .base import TaskPanel
 from .folders import FolderLine, open_page
 from .option_form import OptionForm
 
-REFIT_AFTER_MS = 250  #: A change of an option starts a fit when nothing else was changed for so long.
+REFIT_AFTER_MS = 250  #: A change of an option starts a fit when nothing else was changed for this long.
 COLOURS = {"PASS": "#1b7f4b", "FAIL": "#b00020"}
 UNCERTAIN = "#b36b00"
 FIRST_OPTIONS = {
