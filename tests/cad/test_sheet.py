@@ -188,11 +188,8 @@ def test_a_table_of_points_has_no_touches_and_a_row_without_a_place_is_refused(t
 
 
 def test_a_plan_or_a_list_of_another_part_is_refused(sample_part, tmp_path):
-    touches = touches_of_plan(read_touch_plan(TEE.parent / "touches_plan"))
-    for what, asked in (
-        ("touch T1", {"touches": touches}),
-        ("weld W1", {"welds": read_listed_welds(listed(tmp_path, 2))}),
-    ):
+    touches, welds = touches_of_plan(read_touch_plan(TEE.parent / "touches_plan")), listed(tmp_path, 2)
+    for what, asked in (("touch T1", {"touches": touches}), ("weld W1", {"welds": read_listed_welds(welds)})):
         with pytest.raises(InputError, match=rf"{what} is \d+ mm from the nearest face of this part"):
             make_sheet(sample_part("saddle"), options=SheetOptions(".svg", **asked))
 

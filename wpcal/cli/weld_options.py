@@ -76,7 +76,7 @@ class ArcAsked:
         if self.welds is None:
             return None, None
         from wpcal.weld.find import find_welds
-        from wpcal.weld.record import read_stated_welds
+        from wpcal.weld.record import changed_since, read_stated_welds
 
         table = self.rules.read()
         found = find_welds(
@@ -89,7 +89,7 @@ class ArcAsked:
             stated_in=str(self.welds),
             positions=positions,
         )
-        for note in found.notes:
+        for note in (*found.notes, *changed_since(self.welds, found.welds)):
             click.echo(f"wpcal: {self.welds}: {note}", err=True)
         return found.by_seam(), arc
 

@@ -95,16 +95,8 @@ def _refuse_unknown(stated: Sequence[StatedWeld], known: Collection[str], stated
 
 def _of_welds(welds: Sequence[SeamWeld]) -> list[str]:
     """Return what is not obvious about welds, one line for all welds that it concerns."""
-    unsized = [
-        weld.name
-        for weld in welds
-        if weld.weld is WeldType.FILLET and weld.values.leg_mm is None and weld.values.throat_mm is None
-    ]
-    at_root = [
-        weld.name
-        for weld in welds
-        if weld.values.weld is WeldKind.SQUARE and weld.origins["weld"].source is Source.MODEL
-    ]
+    unsized = [w.name for w in welds if w.weld is WeldType.FILLET and w.values.leg_mm is w.values.throat_mm is None]
+    at_root = [w.name for w in welds if w.values.weld is WeldKind.SQUARE and w.origins["weld"].source is Source.MODEL]
     size = "thickness and size are not known; state thickness_mm, or leg_mm or throat_mm"
     root = "runs along the root of a groove; lay it or leave it out (--only), as the drawing says"
     return [f"{listed(names)}: {what}" for names, what in ((unsized, size), (at_root, root)) if names]

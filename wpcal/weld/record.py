@@ -12,6 +12,7 @@ from typing import Any
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.core.result_files import PART_FILE, SEAMS_FILE
+from wpcal.core.wording import listed
 from wpcal.weld.place import SeamPlace, StatedWeld
 from wpcal.weld.rules import RuleTable
 from wpcal.weld.seam_weld import SeamWeld
@@ -31,12 +32,8 @@ def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: R
         "rules": rules.file or OWN_RULES,
         "welds": [_weld_record(weld) for weld in welds],
         "without_seam": [
-            {
-                "name": weld.name,
-                **({} if weld.place is None else {"place": weld.place.to_record()}),
-                "values": dict(weld.user),
-            }
-            for weld in left
+            {"name": one.name, **({"place": one.place.to_record()} if one.place else {}), "values": dict(one.user)}
+            for one in left
         ],
     }
 
@@ -50,12 +47,8 @@ def _weld_record(weld: SeamWeld) -> dict[str, Any]:
         "place": weld.place.to_record(),
         "values": {name: plain(getattr(weld.values, name)) for name in stated},
         "origin": {
-            name: {
-                "from": weld.origins[name].source.value,
-                **({"of": weld.origins[name].of} if weld.origins[name].of else {}),
-                "given": weld.origins[name].given,
-            }
-            for name in stated
+            name: {"from": own.source.value, **({"of": own.of} if own.of else {}), "given": own.given}
+            for name, own in ((name, weld.origins[name]) for name in stated)
         },
         "beads": [asdict(bead) for bead in weld.beads],
         "stretches_mm": [list(one) for one in weld.stretches_mm],
@@ -96,6 +89,18 @@ def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
             raise FormatError(f"two welds are for seam {entry['name']}; expected one", path=str(path))
         seen.add(entry["name"])
     return tuple(found)
+
+
+def changed_since(path: Path, welds: Sequence[SeamWeld]) -> list[str]:
+    """Name values in a ``welds.json`` that nobody stated and that are other ones today: one line, or none."""
+    found, entries = dict[str, list[str]](), read_json(path, schema=WELDS_SCHEMA).get("welds", [])
+    for weld, entry in ((weld, entry) for weld in welds for entry in entries if entry["name"] == weld.name):
+        values, now = entry.get("values", {}), weld.values.to_record()
+        if changed := [name for name in values if name not in _stated_by_user(entry) and now.get(name) != values[name]]:
+            found[weld.name] = changed
+    names = listed(dict.fromkeys(name for each in found.values() for name in each))
+    what = f"the program has other values ({names}): rules, part or position have changed since this file was written"
+    return [f"{listed(found)}: {what}"] if found else []
 
 
 def _place(record: Any, name: str, *, path: str) -> SeamPlace | None:

@@ -286,8 +286,7 @@ def test_values_of_a_seam_that_is_not_chosen_are_kept(finished_folder, tmp_path)
 )
 def test_a_file_with_a_fault_is_one_line_and_stays_as_it_is(finished_folder, tmp_path, welds, message):
     folder, file = finished_folder(), tmp_path / "welds.json"
-    text = json.dumps({"schema": "wpcal/welds/1", "welds": welds})
-    file.write_text(text)
+    file.write_text(text := json.dumps({"schema": "wpcal/welds/1", "welds": welds}))
     ended = run_here("welds", folder, "-o", file, "--all")
     assert (ended.returncode, ended.stderr.count("\n")) == (2, 1)
     assert message in ended.stderr
@@ -301,6 +300,9 @@ def test_a_file_of_other_rules_is_not_taken_without_them(finished_folder, tmp_pa
     rules.write_text(rules.read_text(encoding="utf-8").replace("leg_mm = 6.5", "leg_mm = 6"), encoding="utf-8")
     assert run_here("welds", folder, "-o", file, "--weld-rules", rules).returncode == 0
     assert "give this file, or its values would be lost (--weld-rules)" in run_here("welds", folder, "-o", file).stderr
+    rules.write_text(rules.read_text(encoding="utf-8").replace("out_mm = 15", "out_mm = 16"), encoding="utf-8")
+    out = ("--welds", file, "--weld-rules", rules, "-f", "csv", "-o", tmp_path / "out")
+    assert "the program has other values (stick_out_mm)" in run_here("export", folder, *out).stderr
 
 
 @pytest.mark.parametrize(
