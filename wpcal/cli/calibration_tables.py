@@ -49,7 +49,7 @@ def show_calibration(
         console.print(_distrusted(result.distrusted))
     what = f"{result.judgement.sentence}; the largest residual is {result.largest_mm:.4f} mm"
     if result.suspect is None:  # a wrong point spreads its error: the largest residual is often at a right one
-        what += f" at {result.worst}"
+        what += f" at {result.worst}{' (check)' * (result.largest_mm > result.residuals.largest_mm)}"
     console.print(Text.assemble((result.verdict.value, f"bold {COLOURS[result.verdict]}"), f": {what}"))
     if result.criterion_advice is not None:
         console.print(f"advice: {result.criterion_advice}")
