@@ -89,7 +89,7 @@ def read_record(folder: Path, name: str) -> dict[str, Any]:
     Raises `InputError` when the folder or the file is not there, or cannot be opened.
     Raises `FormatError` when it is not a record of its schema, or lacks a field that every such record has.
     """
-    schema, expected = RECORD_SCHEMAS[name], "the folder of a finished calibration or of a plan of touches"
+    schema, expected = RECORD_SCHEMAS[name], "the folder of a finished calibration"
     require_folder(folder, expected)
     if not os.path.lexists(folder / name):
         raise InputError(f"{folder}: holds no {name}; expected {expected}")

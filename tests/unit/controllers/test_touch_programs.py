@@ -305,14 +305,14 @@ def test_what_a_person_types_wrong_is_one_line(tmp_path):
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_an_audit_executes_touch_programs_beside_their_plan(language, tmp_path):
-    plan = fewer()
+    files, _ = written(language, plan := fewer())
     (tmp_path / "touches.json").write_text(to_json(touches_record(plan)), encoding="utf-8")
-    files, _ = written(language, plan)
     moved = {name: text.replace("115.000", "114.000").replace("0.115000000", "0.114") for name, text in files.items()}
     told = []
     for each in (files, moved):
         for name, text in each.items():
             (tmp_path / name).write_bytes(text.encode())
-        found = [fault for file in audit_path(tmp_path).files for fault in file.faults]
-        told.append(sorted({fault.message for fault in found}))
+        told.append(sorted({fault.message for file in audit_path(tmp_path).files for fault in file.faults}))
     assert told == [[], ["leads where the plan of touches has no pose"]]
+    (tmp_path / "touches.json").unlink()
+    assert not any("executed" in file.checked for file in audit_path(tmp_path).files)

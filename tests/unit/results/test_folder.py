@@ -73,7 +73,7 @@ def test_a_file_of_another_run_is_refused(finished_folder, name):
 @pytest.mark.parametrize(("name", "what"), [("none", "no such folder"), ("a", "is not a folder"), (".", "holds no c")])
 def test_what_is_not_the_folder_of_a_result_is_refused(tmp_path, name, what):
     (tmp_path / "a").touch()
-    with pytest.raises(InputError, match=f"{what}.*; expected the folder of a finished calibration"):
+    with pytest.raises(InputError, match=f"{what}.*; expected the folder of a finished calibration$"):
         read_finished(tmp_path / name)
 
 

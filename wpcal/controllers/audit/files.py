@@ -25,8 +25,7 @@ from wpcal.controllers.audit.programs import (
 )
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
-from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
-from wpcal.controllers.audit.touches import executed_touch_faults, touch_faults
+from wpcal.controllers.audit.touches import checked_near, executed_touch_faults, touch_faults
 from wpcal.controllers.audit.two_robots import checked_in_words, swept_faults, two_robot_faults
 from wpcal.controllers.judge.execute import interpreted, that_move
 from wpcal.controllers.judge.in_cell import CellSweep
@@ -144,7 +143,7 @@ class _Audit:
             return self._two_robots(raw, path)
         if grammar.is_touch_program(raw, path):
             faults = touch_faults(raw, path) or self._touches_of(path).get(path.name, [])
-            return FileAudit(str(path), f"touch program ({suffix})", tuple(faults), TOUCHES_CHECKED)
+            return FileAudit(str(path), f"touch program ({suffix})", tuple(faults), checked_near(path))
         result = _result_folder_of(path.parent)
         around = self._with_part(result)
         stated = around if around.lines is None else replace(around, part=None)  # poses are executed
@@ -205,12 +204,8 @@ class _Audit:
         """Return the faults that show when the touch programs beside a file are executed."""
         found = dict[str, list[Fault]]()
         if (controller := interpreted(path)) is not None:
-            files = _files_beside(path, controller)
-            stems = [
-                Path(name).stem
-                for name, data in files.items()
-                if require_grammar(path).is_touch_program(data, path.parent / name)
-            ]
+            files, grammar = _files_beside(path, controller), require_grammar(path)
+            stems = [Path(name).stem for name in files if grammar.is_touch_program(files[name], path.parent / name)]
             own = [name for name in files if any(Path(name).stem.startswith(stem) for stem in stems)]
             _add(found, executed_touch_faults(files, own, path))
         return found

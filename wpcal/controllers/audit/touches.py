@@ -27,6 +27,12 @@ from wpcal.touch.searches.record import TOUCHES_FILE
 _FINGERPRINT = re.compile(r"touches\.json,\s*(?:;\s*)?(?:\d+:)?[\s!;'#]*fingerprint[\s!;'#:\d]*?\b([0-9a-f]{8})\b")
 """In the header, which may be wrapped into remarks."""
 CHECKED = "finite, rotations, executed: the poses of the plan of touches beside it in their order; NOT CHECKED: the arm"
+ALONE = f"finite, rotations; NOT CHECKED: where it leads (no {TOUCHES_FILE} is beside it), the arm"
+
+
+def checked_near(path: Path) -> str:
+    """Say what is compared in a touch program, and what is not."""
+    return ALONE if _plan_near(path) is None else CHECKED
 
 
 def touch_faults(raw: bytes, path: Path) -> list[Fault]:
@@ -57,11 +63,8 @@ def executed_touch_faults(files: Mapping[str, bytes], own: Collection[str], path
         return
     trace, refused = executed(files, Surroundings(plan.T_base_part), feel=contacts_of(plan))
     broken = [(name, fault) for name, faults in refused.items() if name in own for fault in faults]
-    broken += [
-        (each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line))
-        for each in trace.unknowns
-        if each.place.file in own
-    ]
+    unknown = [(each.place, each.text) for each in trace.unknowns if each.place.file in own]
+    broken += [(at.file, Fault(f"NOT CHECKED: {what}", at.line)) for at, what in unknown]
     yield from broken or _led_otherwise(trace, plan, own)
 
 
