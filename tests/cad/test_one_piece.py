@@ -165,13 +165,19 @@ def keyed_shaft() -> Any:
     return Cylinder(20, 150) + Cylinder(28, 10) - Pos(17, 0, 40) * Box(10, 10, 40)
 
 
-def compact(mm: int, known: int, corners: int) -> str:
-    words = f"members explain {known}% of its surface and {corners}% of its inner corners"
-    return f"{words}, and it is {mm} mm from corner to corner: so small, it was rather cast, printed or milled"
+def compact(mm: int, known: int, corners: int, filled: int) -> str:
+    words = (
+        f"members explain {known}% of its surface and {corners}% of its inner corners, it fills {filled}% of its hull"
+    )
+    return f"{words}, and it is {mm} mm from corner to corner: it was rather cast, printed or milled"
 
 
 def small_tee(scale: float) -> Any:
     return (Box(260, 200, 4, align=LOW) + Pos(0, 0, 4) * Box(100, 4, 60, align=LOW)).scale(scale)
+
+
+def corner(t: float) -> Any:
+    return Box(180, 120, t, align=LOW) + Pos(-30, 0, 0) * Box(t, 120, 150, align=LOW)
 
 
 def bossed(scale: float) -> Any:
@@ -188,18 +194,15 @@ def bossed(scale: float) -> Any:
         (pressed_cup, "it is mostly free-form sheet: it looks pressed or moulded"),  # its edges are offset curves
         (tray, "it is of one thickness, with free-form sheet: it looks pressed or moulded"),
         (tongue, "it is one plate with steps or pads: it looks milled or printed"),
-        (padded, compact(328, 96, 0)),
-        (lambda: pocketed(10), "it is a plate with a pocket in it: it looks milled or printed"),
-        (lambda: pocketed(30), None),  # a hole through it
-        (islands, "it is a plate with a pocket in it: it looks milled or printed"),
-        (
-            lambda: islands(15),
-            "it is a plate with a pocket in it: it looks milled or printed",
-        ),  # its corners are no bends
-        (stepped, "it is one plate with steps or pads: it looks milled or printed"),
-        (lambda: small_tee(0.34), compact(114, 100, 100)),
-        (lambda: small_tee(0.35), None),
-        (lambda: bossed(1), compact(156, 94, 94)),
+        (padded, compact(328, 96, 0, 40)),
+        (lambda: pocketed(10), compact(274, 100, 91, 65)),
+        (islands, compact(162, 97, 88, 66)),
+        (stepped, compact(385, 100, 100, 91)),
+        (lambda: small_tee(0.34), compact(114, 100, 100, 16)),
+        (lambda: small_tee(0.36), None),
+        (lambda: corner(25), compact(263, 100, 100, 44)),
+        (lambda: corner(9), None),
+        (lambda: bossed(1), compact(156, 94, 94, 40)),
         (lambda: bossed(3), None),
         (lambda: Pos(0, 25, 0) * Box(40, 10, 60) + extrusion(), "its section has 16 inner corners: it is an extrusion"),
         (crate, "its 8 walls are 2.5 mm thick: it looks moulded"),

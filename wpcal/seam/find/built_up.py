@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
@@ -132,6 +133,19 @@ def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surf
     sent = lines.send(graph, trimmed, own, int(_points_asked(graph)[solid]))
     felt = replace(lines.felt, mm2=2.0 * np.pi * lines.radius**2 / (sent * LINES))
     return felt.select(np.flatnonzero(np.linalg.norm(felt.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE))
+
+
+def filled_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
+    """Return which share of its convex hull a solid fills, from the flux through its faces; exact for planes."""
+    faces = np.repeat(np.arange(graph.face_count), np.diff(trimmed.start))
+    rows = np.flatnonzero(graph.face_solid[faces] == solid)
+    own, p0, p1, surface = faces[rows], trimmed.p0[rows], trimmed.p1[rows], sampled_surface(graph, trimmed, solid)
+    sums = np.column_stack([np.bincount(own, p, graph.face_count) for p in (p0 - p0.mean(axis=0)).T])
+    middle = p0.mean(axis=0) + sums / np.maximum(np.bincount(own, minlength=graph.face_count), 1)[:, None]
+    areas = np.cross(p0 - middle[own], p1 - middle[own]) / 2.0
+    flux = np.einsum("ki,ki->", middle[own] - p0.mean(axis=0), areas)
+    flux += surface.mm2 * np.einsum("ki,ki->", surface.p - middle[surface.face], surface.normal)
+    return float(flux / 3.0 / ConvexHull(np.concatenate([p0, surface.p]), qhull_options="QJ").volume)
 
 
 def sample_surfaces(graph: BrepGraph, trimmed: TrimmedFaces, solids: Sequence[int]) -> None:

@@ -230,8 +230,8 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
 
 
 def _holes_in_line(holes: Holes, fasteners: Mapping[int, Fastener]) -> Iterator[Clamp]:
-    """Yield where the holes of two members meet on one axis, and the knuckles of hinges."""
-    knuckles: dict[object, list[Clamp]] = defaultdict(list)
+    """Yield where the holes of two members meet on one axis, the knuckles of hinges, and the pins of links."""
+    knuckles, linked = defaultdict[object, list[Clamp]](list), set[tuple[int, float]]()
     for a, b in _coaxial(holes):
         pair, meets = tuple(sorted(holes.solid[[a, b]].tolist())), _meeting(holes, a, b)
         if meets is None or {*pair} & fasteners.keys():
@@ -240,12 +240,24 @@ def _holes_in_line(holes: Holes, fasteners: Mapping[int, Fastener]) -> Iterator[
         clamp = Clamp(pair, holes.o[a], holes.z[a], meets, meets, 0, max(bosses, 1), 0)
         if holes.pin[a] == holes.pin[b] >= 0 and int(holes.pin[a]) not in fasteners:
             yield replace(clamp, bolts=1, holes=0)
+            linked.update((int(holes.solid[row]), round(float(holes.radius[row]), 2)) for row in (a, b))
         elif bosses == HINGED:
             knuckles[pair].append(clamp)
         elif bosses == 0:
             yield replace(clamp, far_walls=_has_far_wall(holes, a) + _has_far_wall(holes, b))
     for own in knuckles.values():
         yield from (one for one in own if sum(_is_on_axis_of(one, other) for other in own) >= HINGED)
+    yield from _pins_of_links(holes, linked, fasteners)
+
+
+def _pins_of_links(holes: Holes, linked: set[tuple[int, float]], fasteners: Mapping[int, Fastener]) -> Iterator[Clamp]:
+    """Yield where pins hold links, members of two pins; `linked`: solid and radius of the holes that meet."""
+    for row in np.flatnonzero(~np.isin(holes.pin, [-1, *fasteners])).tolist():
+        solid, pin = int(holes.solid[row]), int(holes.pin[row])
+        is_link = len(np.unique(holes.pin[(holes.solid == solid) & (holes.pin >= 0)])) > 1
+        if is_link and (solid, round(float(holes.radius[row]), 2)) in linked:
+            ends = float(holes.low[row]), float(holes.high[row])
+            yield Clamp((min(solid, pin), max(solid, pin)), holes.o[row], holes.z[row], *ends, 1, 0, 0)
 
 
 def _is_on_axis_of(one: Clamp, other: Clamp) -> bool:

@@ -98,14 +98,17 @@ class Member:
         return self.kind in (MemberKind.PROFILE, MemberKind.SHEET) or is_tube
 
     @property
+    def stoutness(self) -> float:
+        """How thick it is for its size; the thickest slender member has 1."""
+        if self.kind in (MemberKind.TUBE, MemberKind.ROUND):  # a wall
+            return float(self.thickness_mm / (SLENDER_WALL * self.section[0]))
+        area = max(self.length_mm, self.section[0]) * self.section[1]
+        return float(self.thickness_mm / (SLENDER_PLATE * np.sqrt(area)))
+
+    @property
     def is_slender(self) -> bool:
         """Tell whether it is so thin for its size that it was hardly milled, and too thick to be moulded."""
-        if self.thickness_mm <= MOULDED_MM:
-            return False
-        if self.kind in (MemberKind.TUBE, MemberKind.ROUND):  # a wall
-            return bool(self.thickness_mm <= SLENDER_WALL * self.section[0])
-        area = max(self.length_mm, self.section[0]) * self.section[1]
-        return bool(self.thickness_mm <= SLENDER_PLATE * np.sqrt(area))
+        return self.thickness_mm > MOULDED_MM and self.stoutness <= 1.0
 
     def is_as_thin(self, other: Member) -> bool:
         """Tell whether this member is not thicker than another."""
@@ -164,14 +167,9 @@ class Decomposition:
 
     @property
     def is_stepped_plate(self) -> bool:
-        """Tell whether there are only parallel plates, two with a side in common, or plates and bars on one face."""
-        plates = [one for one in self.members if one.kind is MemberKind.PLATE]
-        if not plates or self.are_parallel_plates:
-            return any(one.faces & other.faces for one, other in combinations(plates, 2))
-        most = max(plates, key=lambda one: one.thickness_mm)
-        is_flat = all(one.kind in FLAT and one.is_as_thin(most) for one in self.members)
-        on_one_face = frozenset.intersection(*(one.faces for one in self.members))
-        return is_flat and bool(on_one_face) and most.thickness_mm > min(self.thick_mm) + FLUSH_MM
+        """Tell whether there are only parallel plates, two of them with a side in common."""
+        pairs = combinations(self.members, 2)
+        return self.are_parallel_plates and any(one.faces & other.faces for one, other in pairs)
 
     @property
     def are_parallel_plates(self) -> bool:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wpcal.brep.boxes import BoxTree
-from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.surfaces import off_axis
@@ -23,6 +22,7 @@ from wpcal.seam.find.built_up import (
     LEAST_BUILT_UP,
     are_round,
     built_up_share,
+    filled_share,
     is_turned,
     sample_surfaces,
     sampled_surface,
@@ -35,7 +35,7 @@ from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.member.fasteners import screw_faces
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.hypotheses import lugs_of
-from wpcal.seam.member.member import ON_COS, ON_MM, MemberKind
+from wpcal.seam.member.member import ON_COS, ON_MM, Decomposition, MemberKind
 from wpcal.seam.member.members import members_of
 
 LEAST_EXPLAINED = 0.94  #: Members explain this much of the surface of a weldment, if thicknesses alone do not tell.
@@ -45,20 +45,21 @@ diagonal is longer: pumps and gear cases that nobody welds have up to 332 mm."""
 LEAST_TOUCHED = 0.75
 """Of a solid of several members that touches others, at least this much of the surface is on plates, bars and tubes;
 what is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
-COMPACT_MM, UNEXPLAINED, LOOSE = 115.0, 1300.0, 16.0
+COMPACT_MM, UNEXPLAINED, LOOSE, FULL, STOUTEST = 115.0, 1300.0, 16.0, 0.7, 11.0
 """A solid of a shorter diagonal was made as one piece. The length grows with the root of 1, plus the second times the
 share of the surface that no member explains times the share on no plate, bar or tube of few thicknesses, plus the third
-times the share of inner corners that are neither between two members nor inside one. Fitted to 140 bodies of weldments
-and 240 that nobody welds (`docs/benchmark.md`)."""
+times the share of inner corners that are neither between two members nor inside one, plus, up to the third, the square
+of its volume over the room left free in its hull, times the fourth plus the fifth times the share of its members that
+are stout. Fitted to 220 bodies of weldments and 160 that nobody welds (`docs/benchmark.md`)."""
+STOUT, MOST_LOOSE = 0.85, 0.8
+"""A member is stout from this `stoutness` on; how full the hull is does not count if more of the corners are neither
+between two members nor inside one: a bar fills its hull by itself."""
 MANY_WALLS = 8  #: This many thin walls of one thickness, round corners among them, were moulded.
 LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
 """This many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
 MOST_TOLD = 3  #: Most solids that are told of.
-LEAST_FLOOR = 0.05  #: The floor of a pocket is at least this share of the surface of a solid: others are seats.
-OFF_BEND = 0.6  #: The two rounds of a bend have one axis, within this share of the inner radius.
-LEAST_WALLS = 3  #: Of a pocket in a plate: what has fewer is the seat of a screw.
 VESSEL_WALL = 0.03  #: A vessel that was drawn or blown has a wall thinner than this share of its width.
 MOST_ROOTS, SQUARE_COS = 8, 0.5  #: Sections with more square inner corners are extruded, with slots for clamps.
 SAME_LENGTH_MM = 0.01  #: Edges whose lengths agree within this are equal; solids of equal edges and faces are one.
@@ -203,60 +204,37 @@ def _why_ribbed(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | No
     return "many of its members are small: it looks moulded or printed" if is_case else None
 
 
-def _why_milled(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    if members_of(graph, trimmed, solid).is_stepped_plate:
-        return "it is one plate with steps or pads: it looks milled or printed"
-    corners = [faces for *faces, _ in _inner_corners(graph, trimmed, solid)]
-    has_pocket = any(_is_enclosed(graph, face, corners) for face in _milled_floors(graph, trimmed, solid))
-    return "it is a plate with a pocket in it: it looks milled or printed" if has_pocket else None
-
-
-def _milled_floors(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[int]:
-    """Return large planes beside hollow rounds across them behind which nothing bulges as bends do: milled ones."""
-    kinds, outward, axes = graph.face_kind, graph.face_outward, graph.face_frame[:, 3]
-    own = (graph.face_solid == solid) & (kinds == SurfaceKind.CYLINDER)
-    bulging = np.flatnonzero(own & (outward > 0))
-    inner = inner_edges(graph, np.arange(len(graph.solid_names)) == solid)
-    left, right = graph.edge_faces[inner[are_concave(graph, inner)]].T
-    wall, floor = np.concatenate([left, right]), np.concatenate([right, left])
-    meets = (own & (outward < 0))[wall] & (kinds == SurfaceKind.PLANE)[floor]
-    meets &= np.abs(np.einsum("ki,ki->k", axes[wall], axes[floor])) > ON_COS
-    share = np.bincount(sampled_surface(graph, trimmed, solid).face, minlength=graph.face_count)
-    meets &= (share >= LEAST_FLOOR * share.sum())[floor]
-    return frozenset(
-        plane
-        for face, plane in zip(wall[meets].tolist(), floor[meets].tolist(), strict=True)
-        if (
-            off_axis(graph.face_frame[bulging, 0], graph.face_frame[face, 0], axes[face])
-            > OFF_BEND * graph.face_param[face, 0]
-        ).all()
-    )
-
-
-def _is_enclosed(graph: BrepGraph, face: int, corners: list[list[int]]) -> bool:
-    """Tell whether a face meets three others or more, and nothing but hollow rounds besides, at inner corners."""
-    beside = np.setdiff1d(graph.edge_faces[(graph.edge_faces == face).any(axis=1)], [face, -1])
-    walls = {other for pair in corners if face in pair for other in pair if other != face}
-    is_hollow = (graph.face_kind != SurfaceKind.PLANE) & (graph.face_outward < 0)
-    return len(walls) >= LEAST_WALLS and bool((np.isin(beside, list(walls)) | is_hollow[beside]).all())
-
-
 @once_per_solid
 def _why_compact(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     size, found = float(np.linalg.norm(trimmed.solid_sides_mm[solid])), members_of(graph, trimmed, solid)
+    if (size / COMPACT_MM) ** 2 >= 1.0 + 2.0 * LOOSE + UNEXPLAINED * (1.0 - found.share):
+        return None
     corners = _inner_corners(graph, trimmed, solid)
     loose_mm = sum(mm for *faces, mm in corners if not found.is_joint(*faces) and not found.is_inside(*faces))
-    loose = loose_mm / max(sum(mm for *_, mm in corners), ON_MM)
-    left = ((size / COMPACT_MM) ** 2 - 1.0 - LOOSE * loose) / UNEXPLAINED
+    loose, filled = loose_mm / max(sum(mm for *_, mm in corners), ON_MM), filled_share(graph, trimmed, solid)
+    left = ((size / COMPACT_MM) ** 2 - 1.0 - LOOSE * loose - _packed(found, corners, loose, filled)) / UNEXPLAINED
     if left >= 1.0 - found.share or left >= (1.0 - found.share) * (1.0 - built_up_share(graph, trimmed, solid)):
         return None
     words = f"members explain {found.share:.0%} of its surface and {1.0 - loose:.0%} of its inner corners"
-    return f"{words}, and it is {size:.0f} mm from corner to corner: so small, it was rather cast, printed or milled"
+    words = f"{words}, it fills {filled:.0%} of its hull, and it is {size:.0f} mm from corner to corner"
+    return f"{words}: it was rather cast, printed or milled"
+
+
+def _packed(found: Decomposition, corners: Sequence[tuple[int, int, float]], loose: float, filled: float) -> float:
+    """Return what a full hull adds; nothing where no corner tells, and where plates lie on each other."""
+    if loose >= MOST_LOOSE or found.are_parallel_plates or all(found.is_inside(a, b) for a, b, _ in corners):
+        return 0.0
+    stout = sum(one.stoutness > STOUT for one in found.members) / max(len(found.members), 1)
+    return min((FULL + STOUTEST * stout) * (filled / (1.0 - filled)) ** 2, LOOSE)
+
+
+def _why_stepped(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    is_stepped = members_of(graph, trimmed, solid).is_stepped_plate
+    return "it is one plate with steps or pads: it looks milled or printed" if is_stepped else None
 
 
 CAST = (_why_turned, _why_unexplained, _why_timber)  #: Reasons why a solid is not built up, as they are asked.
-FORMED = (_why_extruded, _why_pressed, _why_ribbed, _why_milled)
-"""Reasons why its own corners are no welds. A milled plate is a member of others, a case of small walls is not."""
+FORMED = (_why_extruded, _why_pressed, _why_ribbed, _why_stepped)  #: Reasons why its own corners are no welds.
 
 
 def are_welded_corners(
@@ -327,17 +305,14 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 
     `solids`: shape (n,).
 
-    Of those that others touch, also what is one plate with steps is left out, and what is small beside the part while
-    its other members were drawn as bodies of their own.
+    Of those that others touch, what is small beside the part is left out, too, if its other members were drawn apart.
     """
     found = count_solids(graph, trimmed, solids)
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
         found[row] = not any(why(graph, trimmed, solid) for why in (_why_turned, _why_timber, _why_formed))
-        if found[row] and touched[solid]:
-            is_stepped = members_of(graph, trimmed, solid).are_parallel_plates
-            found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
+        found[row] &= not (touched[solid] and _is_detail(graph, trimmed, solid))
     return solids[found]
 
 
