@@ -21,7 +21,7 @@ from wpcal.core.arrays import BoolArray, Columns, FloatArray, IntArray
 SAME_SIDE_MM = 1e-6  #: A box this near to a plane is not on one side of it: round-off of coordinates.
 GROUP_ROWS, GROUP_RAD = 8, 0.35
 """Rows of a group: stations 10 mm apart make a box as wide as a few nozzles, which still holds few faces."""
-PAIRS = 40_000  #: Pairs of a ray and a face handled in one array: some 50 MB.
+PAIRS = 40_000  #: Pairs of a ray and a face handled in one array: some 20 MB.
 
 
 def first_of_groups(owner: IntArray, way: FloatArray) -> IntArray:

@@ -26,7 +26,7 @@ MOST_WIDER_MM = 0.15
 """The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""
 AROUND = 16
 """Lines on the outermost circle: 4 mm apart on a nozzle of 22 mm. There are half as many on the circle inside it."""
-CHUNK = 2000  #: Poses handled in one array: some 50 MB.
+CHUNK = 2000  #: Poses handled in one array: some 25 MB.
 POCKET_WIDTHS = 4  #: Directions across the wire in which a pocket is measured: every 45 degrees around it.
 POCKET_STEP_MM = 2.0
 """Lines at which the width of a pocket is measured are this far apart: a wall around the wire is rarely thinner."""
