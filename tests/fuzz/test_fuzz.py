@@ -12,7 +12,7 @@ from tests.fuzz.mutate import mutated
 from tests.fuzz.targets import targets
 
 INPUTS, FEW = 20, 8  #: For each reader, and for one that takes more than 3 ms; `make fuzz` draws others.
-SLOW = ("export-", "picker", "rpc", "audit.", "audit-two-", "cell-")
+SLOW = ("export-", "picker", "rpc", "audit.", "cell-")
 """Their names begin so: they write programs, fit, or draw."""
 KEPT = sorted(path.relative_to(FINDINGS).as_posix() for path in FINDINGS.glob("*/*") if path.parent.name in targets())
 N = 300_000  #: Bytes of a large input. The readers before took more than 10 s for it, or for ten times as much.

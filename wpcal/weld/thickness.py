@@ -31,8 +31,7 @@ def plate_thicknesses(frames: SeamFrames, material: Material) -> tuple[float | N
     Returns: Of the plate at the side of +y and of that at the side of -y, mm; None where no face was found.
     """
     rows = np.unique((np.array(STATIONS) * (len(frames) - 1)).round().astype(int))
-    first, second = (_thickness(frames, rows, side, material) for side in (1.0, -1.0))
-    return first, second
+    return _thickness(frames, rows, 1.0, material), _thickness(frames, rows, -1.0, material)
 
 
 def thinner(thicknesses: tuple[float | None, float | None]) -> float | None:

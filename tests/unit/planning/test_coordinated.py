@@ -298,17 +298,15 @@ AUDITED = {
     "a mark of robot 2": ("rapid", r"\n[^\n]*held_0002\\ID:=20[^\n]*", "", "mark 20 is not in WPCAL_W1_R2.mod"),
     "the arc": ("rapid", r"ArcLEnd", "ArcL", "the arc is still on at the end of a seam"),
     "another work object": ("rapid", r"(ID:=20.*?WObj:=)\w+", r"\1wobj1", "a move in wobj1"),
-    "a joint move in the seam": (
-        "inform",
-        r"SMOV(L C00004[^+]*)\+MOVJ C00005",
-        r"SMOV\1",
-        "without that of the master",
-    ),
+    "a joint move in the seam": ("inform", r"SMOV(L C00004[^+]*)\+MOVJ C00005", r"SMOV\1", "that of the master"),
     "a position": ("inform", r"\nC00005=[^\n]*", "", "there is no position C00005"),
     "the start of the arc": ("inform", r"ARCON[^\n]*\n", "", "a seam without an arc"),
     "coordination": ("fanuc", r"(L P\[3\][^;]*) COORD", r"\1", "without COORD"),
     "a group": ("fanuc", r"(P\[3\]\{.*?)   GP2:.*?\};", r"\1};", "P[3] does not hold both groups"),
     "a mark": ("krl", r'\$SYNC_ID\[\]="M20"', '$SYNC_ID[]="M21"', "mark M21 is not in"),
+    "a statement that is none": ("krl", r"\$BASE=", "?BASE=", "NOT CHECKED: cannot be read: '?BASE="),
+    "a number that is none": ("fanuc", r"Y = +-?\d+\.\d+", "Y = -inf", "expected a finite number"),
+    "a held part nowhere": ("fanuc", r"(GP2:.*?Y = +)-?\d+\.\d+", r"\1-inf", "to a position that is no number"),
     "a point": ("krl", r"(\nSLIN )W1_0002", r"\1W1_0009", "there is no point W1_0009"),
 }
 

@@ -59,8 +59,7 @@ def two_robot_faults(files: Files, path: Path, output: int | None) -> tuple[list
     """
     grammar, text, own = require_grammar(path), texts_of(files)[path.name], list[Fault]()
     lines = text.splitlines()
-    has_poses = grammar.has_poses(path)
-    if has_poses:
+    if has_poses := grammar.has_poses(path):
         try:
             grammar.read(text, str(path))
         except WpcalError as error:
@@ -68,9 +67,9 @@ def two_robot_faults(files: Files, path: Path, output: int | None) -> tuple[list
     if not has_poses or grammar.moves_of is None:
         own += _compared(lines, path, grammar.mark) if grammar.mark else ()
         own += (Fault(what, line) for what, line in grammar.judge_step(lines, path)) if grammar.judge_step else ()
-    trace, _ = executed(files, Surroundings(arc_output=output), leader=Recorder())
-    stated = speeds_of(files)
-    found = [*arc_faults_of(trace), *(() if is_second(path) else speed_faults(trace, stated))]
+    (trace, _), stated = executed(files, Surroundings(arc_output=output), leader=Recorder()), speeds_of(files)
+    unknown = ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in trace.unknowns)
+    found = [*unknown, *arc_faults_of(trace), *(() if is_second(path) else speed_faults(trace, stated))]
     return [*own, *(fault for file, fault in found if file == path.name)], untimed(trace, stated)
 
 

@@ -139,6 +139,8 @@ class Recorder:
         joints: FloatArray | None = None,
         via_joints: FloatArray | None = None,
     ) -> None:
+        if goal is not None and not np.isfinite(goal).all():
+            raise ProgramError("a move to a position that is no number")
         self._touches = False
         start = None if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
         is_welding = self._in_seam and (self._is_dry or self._arc_on)  # a move that leads to the arc welds nothing

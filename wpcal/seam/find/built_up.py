@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from wpcal.brep.concavity import are_concave, inner_edges
 from wpcal.brep.graph import BrepGraph, SurfaceKind
@@ -137,6 +136,8 @@ def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surf
 
 def filled_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> float:
     """Return which share of its convex hull a solid fills, from the flux through its faces; exact for planes."""
+    from scipy.spatial import ConvexHull
+
     faces = np.repeat(np.arange(graph.face_count), np.diff(trimmed.start))
     rows = np.flatnonzero(graph.face_solid[faces] == solid)
     own, p0, p1, surface = faces[rows], trimmed.p0[rows], trimmed.p1[rows], sampled_surface(graph, trimmed, solid)

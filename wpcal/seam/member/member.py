@@ -168,8 +168,7 @@ class Decomposition:
     @property
     def is_stepped_plate(self) -> bool:
         """Tell whether there are only parallel plates, two of them with a side in common."""
-        pairs = combinations(self.members, 2)
-        return self.are_parallel_plates and any(one.faces & other.faces for one, other in pairs)
+        return self.are_parallel_plates and any(a.faces & b.faces for a, b in combinations(self.members, 2))
 
     @property
     def are_parallel_plates(self) -> bool:

@@ -305,14 +305,16 @@ def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm:
 
     `solids`: shape (n,).
 
-    Of those that others touch, what is small beside the part is left out, too, if its other members were drawn apart.
+    Of those that others touch, plates that lie on each other are left out, and small ones with others drawn apart.
     """
     found = count_solids(graph, trimmed, solids)
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
         found[row] = not any(why(graph, trimmed, solid) for why in (_why_turned, _why_timber, _why_formed))
-        found[row] &= not (touched[solid] and _is_detail(graph, trimmed, solid))
+        if found[row] and touched[solid]:
+            is_stepped = members_of(graph, trimmed, solid).are_parallel_plates
+            found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
     return solids[found]
 
 
