@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 122_375,
+    "lines of wpcal and cad": 122_373,
     "lines of tests": 63_799,
     "rooms": 18,
     "arrows between rooms": 80,

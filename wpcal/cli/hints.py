@@ -52,19 +52,16 @@ def error_record(error: BaseException, message: str, exit_code: int, arguments: 
         place: tuple[Any, ...] = (error.path, error.line, error.column, error.what)
     else:
         file = next((word for word in arguments if word and message.startswith(f"{word}: ")), None)
-        place = (file, None, None, message if file is None else message.removeprefix(f"{file}: "))
+        place = (file, None, None, message.removeprefix(f"{file}: "))
     file, line, column, what = place
+    code = USAGE if exit_code == WpcalError.exit_code else INTERRUPTED if exit_code >= 128 else INTERNAL
     return {
         "schema": ERROR_SCHEMA,
         "exit_code": exit_code,
-        "code": str(error.code) if isinstance(error, WpcalError) else _code_of(exit_code),
+        "code": str(error.code) if isinstance(error, WpcalError) else code,
         "file": file,
         "line": line,
         "column": None if column is None else str(column),
         "message": " ".join(str(what).split()),
         "hint": HINTS.get(error.code) if isinstance(error, WpcalError) else None,
     }
-
-
-def _code_of(exit_code: int) -> str:
-    return USAGE if exit_code == WpcalError.exit_code else INTERRUPTED if exit_code >= 128 else INTERNAL

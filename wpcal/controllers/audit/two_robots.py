@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import starmap
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +67,7 @@ def two_robot_faults(files: Files, path: Path, output: int | None) -> tuple[list
             return [Fault.of(error, str(path))], NO_SPEEDS
     if not has_poses or grammar.moves_of is None:
         own += _compared(lines, path, grammar.mark) if grammar.mark else ()
-        own += (Fault(what, line) for what, line in grammar.judge_step(lines, path)) if grammar.judge_step else ()
+        own += starmap(Fault, grammar.judge_step(lines, path)) if grammar.judge_step else ()
     (trace, _), stated = executed(files, Surroundings(arc_output=output), leader=Recorder()), speeds_of(files)
     unknown = ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in trace.unknowns)
     found = [*unknown, *arc_faults_of(trace), *(() if is_second(path) else speed_faults(trace, stated))]
