@@ -297,6 +297,7 @@ AUDITED = {
     "the work object of robot 1": ("rapid", r'"ROB_2"', '"ROB_1"', "in the hand of ROB_1"),
     "a mark of robot 2": ("rapid", r"\n[^\n]*held_0002\\ID:=20[^\n]*", "", "mark 20 is not in WPCAL_W1_R2.mod"),
     "the arc": ("rapid", r"ArcLEnd", "ArcL", "the arc is still on at the end of a seam"),
+    "a word of robot 2": ("rapid", r"AbsJ (\w+_held_0002)", r"AbsQ \1", "NOT CHECKED: ArcMoveAbsQ is unknown"),
     "another work object": ("rapid", r"(ID:=20.*?WObj:=)\w+", r"\1wobj1", "a move in wobj1"),
     "a joint move in the seam": ("inform", r"SMOV(L C00004[^+]*)\+MOVJ C00005", r"SMOV\1", "that of the master"),
     "a position": ("inform", r"\nC00005=[^\n]*", "", "there is no position C00005"),

@@ -114,10 +114,14 @@ def executed(
 
 def executed_faults(trace: Trace, around: Surroundings) -> Iterator[tuple[str, Fault]]:
     """Yield the names of files and what their text does wrong, beside a result."""
-    for unknown in trace.unknowns:
-        yield unknown.place.file, Fault(f"NOT CHECKED: {unknown.text}", unknown.place.line)
+    yield from unknown_faults(trace)
     for motion, what, code in _motion_faults(trace.motions, around):
         yield motion.place.file, Fault(what, motion.place.line, code=code)
+
+
+def unknown_faults(trace: Trace) -> Iterator[tuple[str, Fault]]:
+    """Yield the names of files, and what could not be executed."""
+    yield from ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in trace.unknowns)
 
 
 def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:

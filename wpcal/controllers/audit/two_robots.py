@@ -28,6 +28,7 @@ from wpcal.controllers.audit.programs import (
     require_grammar,
     speed_faults,
     speeds_of,
+    unknown_faults,
     untimed,
 )
 from wpcal.controllers.judge.execute import UNDECLARED, Files, texts_of
@@ -68,9 +69,12 @@ def two_robot_faults(files: Files, path: Path, output: int | None) -> tuple[list
     if not has_poses or grammar.moves_of is None:
         own += _compared(lines, path, grammar.mark) if grammar.mark else ()
         own += starmap(Fault, grammar.judge_step(lines, path)) if grammar.judge_step else ()
-    (trace, _), stated = executed(files, Surroundings(arc_output=output), leader=Recorder()), speeds_of(files)
-    unknown = ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in trace.unknowns)
-    found = [*unknown, *arc_faults_of(trace), *(() if is_second(path) else speed_faults(trace, stated))]
+    around, stated = Surroundings(arc_output=output), speeds_of(files)
+    trace, unread = executed(files, around, leader=Recorder())
+    if path.name in unread:  # a task with a memory of its own
+        trace, unread = executed({path.name: files[path.name]}, around)
+        own += unread.get(path.name, [])
+    found = [*unknown_faults(trace), *arc_faults_of(trace), *(() if is_second(path) else speed_faults(trace, stated))]
     return [*own, *(fault for file, fault in found if file == path.name)], untimed(trace, stated)
 
 
