@@ -295,7 +295,6 @@ MEMBERS: dict[str, tuple[Any, str, float]] = {
     "a plate too thick to be moulded": (lambda mm: member(PLATE, mm).is_slender, ">", 3.0),
     "a slender plate": (lambda mm: member(PLATE, mm, 400.0).is_slender, "<=", 24.0),
     "a slender wall": (lambda mm: member(TUBE, mm, 400.0, (50.0, 50.0)).is_slender, "<=", 10.0),
-    "as thin as another": (lambda mm: member(PLATE, mm).is_as_thin(member(PLATE)), "<=", 10.02),
     "one member explains a solid": (lambda x: of(member(BAR), share=x).is_one, ">=", 0.9),
     "one wall": (lambda mm: of(member(PLATE, mm), member(PLATE)).is_of_one_wall, ">=", 9.0),
     "a wall that an arc burns through": (lambda mm: of(member(PLATE, mm, section=(mm, 9.0))).is_moulded, "<", 1.2),

@@ -8,7 +8,6 @@ import pytest
 
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP
 from wpcal.seam.find.formed import MOULDED_MM
-from wpcal.seam.limits import FLUSH_MM
 from wpcal.seam.member.heavy_bars import HEAVY_KG_M, SLAB_MM, SLAB_MM2, STEEL_KG_M_MM2
 from wpcal.seam.member.member import (
     DRAWN_SOLID_MM,
@@ -75,11 +74,8 @@ def test_a_slender_member_is_thin_for_its_size_and_not_moulded(
     assert [member(kind, 900.0, 900.0, thick=MOULDED_MM * by).is_slender for by in (1.0, ABOVE)] == [False, True]
 
 
-def test_a_member_in_words_and_beside_another() -> None:
+def test_a_member_in_words() -> None:
     assert member(PROFILE, 50.0, 1204.0).in_words == "rolled profile 1200 x 50"
-    one, other = member(PLATE, thick=8.0 + FLUSH_MM * BELOW), member(PLATE, thick=8.0 + FLUSH_MM * ABOVE)
-    assert one.is_as_thin(member(PLATE, thick=8.0))
-    assert not other.is_as_thin(member(PLATE, thick=8.0))
 
 
 def test_one_member_is_the_whole_solid_if_it_explains_enough() -> None:

@@ -12,7 +12,6 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.wording import short
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP
 from wpcal.seam.find.formed import MOULDED_MM
-from wpcal.seam.limits import FLUSH_MM
 from wpcal.seam.member.heavy_bars import HEAVY_KG_M, SLAB_MM, SLAB_MM2, STEEL_KG_M_MM2
 
 ON_MM, ON_COS = 0.02, 0.999
@@ -109,10 +108,6 @@ class Member:
     def is_slender(self) -> bool:
         """Tell whether it is so thin for its size that it was hardly milled, and too thick to be moulded."""
         return self.thickness_mm > MOULDED_MM and self.stoutness <= 1.0
-
-    def is_as_thin(self, other: Member) -> bool:
-        """Tell whether this member is not thicker than another."""
-        return self.thickness_mm <= other.thickness_mm + FLUSH_MM
 
     @property
     def in_words(self) -> str:

@@ -45,12 +45,12 @@ diagonal is longer: pumps and gear cases that nobody welds have up to 332 mm."""
 LEAST_TOUCHED = 0.75
 """Of a solid of several members that touches others, at least this much of the surface is on plates, bars and tubes;
 what is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
-COMPACT_MM, UNEXPLAINED, LOOSE, FULL, STOUTEST = 115.0, 1300.0, 16.0, 0.7, 11.0
-"""A solid of a shorter diagonal was made as one piece. The length grows with the root of 1, plus the second times the
-share of the surface that no member explains times the share on no plate, bar or tube of few thicknesses, plus the third
-times the share of inner corners that are neither between two members nor inside one, plus, up to the third, the square
-of its volume over the room left free in its hull, times the fourth plus the fifth times the share of its members that
-are stout. Fitted to 220 bodies of weldments and 160 that nobody welds (`docs/benchmark.md`)."""
+COMPACT_MM, UNEXPLAINED, LOOSE = 115.0, 1300.0, 16.0
+FULL, STOUTEST = 0.7, 11.0
+"""A solid is one piece if its diagonal is below ``COMPACT_MM √(1 + UNEXPLAINED u v + LOOSE w + f)``: u is the share of
+the surface that no member explains, v that on no plate, bar or tube of few thicknesses, w the share of inner corners
+neither between two members nor inside one. ``f = (FULL + STOUTEST s) (V / (H - V))²``, at most `LOOSE`: V and H are the
+volumes of the solid and its hull, s the share of stout members. Fitted to 220 bodies of weldments and 160 others."""
 STOUT, MOST_LOOSE = 0.85, 0.8
 """A member is stout from this `stoutness` on; how full the hull is does not count if more of the corners are neither
 between two members nor inside one: a bar fills its hull by itself."""
