@@ -7,6 +7,7 @@ file give their values.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -139,8 +140,8 @@ def _transform(place: np.ndarray[Any, Any], q_wxyz: np.ndarray[Any, Any]) -> Rig
         raise InputError(f"got {place.size} and {q_wxyz.size} numbers")
     if not np.abs(place).max() <= LARGEST_MM:
         raise InputError(f"expected x, y, z of at most {LARGEST_MM:g} mm")
-    if not abs(np.linalg.norm(q_wxyz) - 1.0) <= UNIT_QUATERNION_ATOL:
-        raise InputError(f"the quaternion has length {np.linalg.norm(q_wxyz):.4g}")
+    if not abs((length := math.hypot(*q_wxyz)) - 1.0) <= UNIT_QUATERNION_ATOL:
+        raise InputError(f"the quaternion has length {length:.4g}")
     return RigidTransform(rotation_from_quaternion(np.roll(q_wxyz, -1)), place, "base", "frame")
 
 

@@ -14,6 +14,7 @@ from wpcal.controllers.audit.programs import (
     pose_faults,
     read_poses_back,
     require_grammar,
+    unknown_faults,
 )
 from wpcal.controllers.judge.asked import asked_of_touches, compare, contacts_of
 from wpcal.controllers.language.grammar import ENCODING
@@ -63,8 +64,7 @@ def executed_touch_faults(files: Mapping[str, bytes], own: Collection[str], path
         return
     trace, refused = executed(files, Surroundings(plan.T_base_part), feel=contacts_of(plan))
     broken = [(name, fault) for name, faults in refused.items() if name in own for fault in faults]
-    unknown = [(each.place, each.text) for each in trace.unknowns if each.place.file in own]
-    broken += [(at.file, Fault(f"NOT CHECKED: {what}", at.line)) for at, what in unknown]
+    broken += [(name, fault) for name, fault in unknown_faults(trace) if name in own]
     yield from broken or _led_otherwise(trace, plan, own)
 
 

@@ -26,7 +26,7 @@ from wpcal.taught.programs import (
 )
 
 POSITION = re.compile(
-    r"^P\[(?P<number>[0-9]++)(?:\s*+:\s*+\"(?P<comment>[^\"\n]*+)\")?\]\s*+\{(?P<body>[^{}]*+)\}", re.MULTILINE
+    r"^P\[(?P<number>[0-9]{1,20}+)(?:\s*+:\s*+\"(?P<comment>[^\"\n]*+)\")?\]\s*+\{(?P<body>[^{}]*+)\}", re.MULTILINE
 )
 """All quantifiers are possessive, so that the search takes time in proportion to the text."""
 GROUP_1 = re.compile(r"GP1\s*:(?P<body>.*?)(?=GP\d+\s*:|\Z)", re.DOTALL)

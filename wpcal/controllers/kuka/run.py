@@ -34,7 +34,7 @@ from wpcal.controllers.kuka.values import (
 )
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, Node, text_of
-from wpcal.controllers.run.machine import MOST_ELEMENTS, WHOLE_ZONE, ProgramError, Run, entries_of
+from wpcal.controllers.run.machine import MOST_ELEMENTS, WHOLE_ZONE, ProgramError, Run, entries_of, real
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose
 
@@ -408,7 +408,7 @@ class Interpreter(BlockInterpreter):
         (target,) = self._targets(tokens, 1)
         if set(target.values) & set(JOINTS):
             joints = [target.values.get(axis) for axis in JOINTS]
-            self.machine.joint_move(None if None in joints else np.array(joints, dtype=np.float64))
+            self.machine.joint_move(None if None in joints else np.array([real(angle) for angle in joints]))
         else:
             self._travel(self._goal(target), is_line=False)
 
@@ -434,7 +434,7 @@ class Interpreter(BlockInterpreter):
         begin, (own, ends), at = words.index("WITH"), _without_blends(tokens), self.machine.at
         for name, _, value in (each.partition("=") for each in "".join(own[begin + 1 :]).split(",")):
             if name.upper() == "$VEL.CP":
-                at = replace(at, speed_mm_s=1000.0 * self.value([value]))
+                at = replace(at, speed_mm_s=1000.0 * real(self.value([value])))
             elif name.upper() == "$SYNC_ID[]":
                 at = replace(at, mark=str(self.value([value])))
             elif name.upper() != "$SYNC_LIST" and not _is_kept(name.upper(), value.upper()):

@@ -12,7 +12,7 @@ import numpy as np
 from wpcal.controllers.language.grammar import mark_of
 from wpcal.controllers.run.blocks import Row, Steps, rows_of, tree
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Parser, Syntax, tokens_of
-from wpcal.controllers.run.machine import Matrix, ProgramError, about, rigid, turns_of
+from wpcal.controllers.run.machine import Matrix, ProgramError, about, real, rigid, turns_of
 
 CARTESIAN = {"FRAME", "POS", "E6POS", "E3POS"}
 AXES = {"AXIS", "E6AXIS"}
@@ -34,7 +34,7 @@ class Aggregate:
         missing = {"X", "Y", "Z", "A", "B", "C"} - set(self.values)
         if missing:
             raise ProgramError(f"a frame without {sorted(missing)}")
-        x, y, z, a, b, c = (float(self.values[key]) for key in "XYZABC")
+        x, y, z, a, b, c = (real(self.values[key]) for key in "XYZABC")
         return rigid(about("ZYX", [a, b, c]), [x, y, z])
 
 

@@ -5,7 +5,6 @@ A language gives its words for operators, and an environment that knows names, c
 
 from __future__ import annotations
 
-import math
 import operator
 import re
 from collections.abc import Callable, Collection, Sequence
@@ -13,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
 
-from wpcal.controllers.run.machine import ProgramError
+from wpcal.controllers.run.machine import ProgramError, real
 
 LONGEST_NUMBER = 40
 MOST_LEVELS = 60  #: Of brackets and signs in an expression.
@@ -63,9 +62,10 @@ def as_number(text: str) -> float | int:
     """Return a number without a sign."""
     if len(text) > LONGEST_NUMBER:
         raise ProgramError(f"a number of {len(text)} digits")
-    if not text.isascii() or math.isinf(float(text)):
-        raise ProgramError(f"expected a finite number, got {text!r}")
-    return int(text) if text.isdigit() else float(text)
+    try:
+        return int(text.encode("ascii")) if text.isdigit() else real(float(text.encode("ascii")))
+    except ValueError:
+        raise ProgramError(f"expected a finite number, got {text!r}") from None
 
 
 def without_comment(line: str, mark: str, quote: str = '"') -> tuple[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -13,6 +14,7 @@ from wpcal.controllers.language.grammar import Does
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.rotations import zyx_angles, zyz_angles
+from wpcal.core.wording import shown
 
 Matrix: TypeAlias = FloatArray
 """A pose, shape (4, 4)."""
@@ -106,10 +108,17 @@ def moved(T: Matrix, d: Any, in_tool: bool) -> Matrix:
     return T
 
 
+def real(value: Any) -> float:
+    """Return a value of a program as a number; `ProgramError` if it is none, or not finite."""
+    if not isinstance(value, Real) or not math.isfinite(value):
+        raise ProgramError(f"expected a finite number, got {shown(value)}")
+    return float(value)
+
+
 def about(axes: str, degrees: Sequence[float]) -> FloatArray:
     """Return turns about the named axes, each of which the turns before it carry along, shape (3, 3)."""
     R = np.eye(3)
-    for axis, angle in zip(axes, map(math.radians, degrees), strict=True):
+    for axis, angle in zip(axes, map(math.radians, map(real, degrees)), strict=True):
         rows = {"X": [1, 2], "Y": [2, 0], "Z": [0, 1]}[axis]
         turn = np.eye(3)
         turn[np.ix_(rows, rows)] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
